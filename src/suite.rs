@@ -24,7 +24,7 @@ use serde::Serialize;
 
 use crate::checks::{Check, Outcome};
 use grains::model::{Axis, Law, Model, Wall};
-use grains::scene::{ContactLaw, NewContactSlip, Rotation, SlipVelocity, TorqueArms, Viscosity};
+use grains::scene::{ContactLaw, SlipVelocity, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Contact, Punch, Snapshot};
 use grains::task::Case;
 
@@ -56,8 +56,8 @@ pub struct CaseGroup {
     pub title: &'static str,
     pub evidence: Evidence,
     pub cases: Vec<Case>,
-    /// Judges, each with the number of cases that are its own.
-    judges: Vec<(usize, Judge)>,
+    /// Judges, each with what the ids of its checks begin with and the number of cases that are its own.
+    judges: Vec<(String, usize, Judge)>,
 }
 
 impl CaseGroup {
@@ -72,16 +72,29 @@ impl CaseGroup {
         }
     }
 
+    /// Adds an experiment of one case. The ids of its checks begin with this one, which may be empty.
     #[must_use]
     pub fn with(
+        self,
+        id: impl Into<String>,
+        case: Case,
+        judge: impl Fn(&Track, &mut Figures) + Send + Sync + 'static,
+    ) -> Self {
+        self.with_all(id, [case], move |tracks, figures| {
+            judge(&tracks[0], figures)
+        })
+    }
+
+    /// Adds an experiment of some cases.
+    #[must_use]
+    pub fn with_all<const N: usize>(
         mut self,
-        cases: impl IntoIterator<Item = Case>,
+        id: impl Into<String>,
+        cases: [Case; N],
         judge: impl Fn(&[Track], &mut Figures) + Send + Sync + 'static,
     ) -> Self {
-        let before = self.cases.len();
         self.cases.extend(cases);
-        let own = self.cases.len() - before;
-        self.judges.push((own, Box::new(judge)));
+        self.judges.push((id.into(), N, Box::new(judge)));
         self
     }
 
@@ -92,9 +105,9 @@ impl CaseGroup {
         }
         let mut rest = tracks;
         let mut figures = Figures::default();
-        for (count, judge) in &self.judges {
+        for (id, count, judge) in &self.judges {
             let (own, others) = rest.split_at(*count);
-            figures.case("");
+            figures.case(id);
             judge(own, &mut figures);
             rest = others;
         }
@@ -311,39 +324,22 @@ pub fn friction(modulus: f64, stiffness_ratio: f64, friction_angle: f64) -> Law 
 }
 
 /// The same law with slip and torque arms at the contact point.
-pub fn at_contact_point(law: Law) -> Law {
-    let contact = ContactLaw {
-        slip_velocity: SlipVelocity::ContactPoint,
-        torque_arms: TorqueArms::ContactPoint,
-        ..law.contact
-    };
-    Law { contact, ..law }
+pub fn at_contact_point(mut law: Law) -> Law {
+    law.contact.slip_velocity = SlipVelocity::ContactPoint;
+    law.contact.torque_arms = TorqueArms::ContactPoint;
+    law
 }
 
-/// The same law with these dashpots, contact point velocities and contact point arms: the form that
-/// YADE's viscous law has.
+/// The same law with these dashpots, slip and torque arms at the contact point: the form that YADE's viscous law has.
 pub fn with_viscosity(law: Law, viscosity: Viscosity) -> Law {
-    Law {
-        contact: ContactLaw {
-            rotation: Rotation::Free,
-            viscosity,
-            slip_velocity: SlipVelocity::ContactPoint,
-            torque_arms: TorqueArms::ContactPoint,
-            new_contact_slip: NewContactSlip::WholeStep,
-        },
-        ..law
-    }
+    let mut law = at_contact_point(law);
+    law.contact.viscosity = viscosity;
+    law
 }
 
 /// A model without gravity, local damping and walls.
 pub fn model(law: Law, dt: f64) -> Model {
-    Model {
-        gravity: [0.0; 2],
-        alpha: 0.0,
-        dt,
-        walls: Vec::new(),
-        law,
-    }
+    world(law, dt, [0.0; 2], 0.0, [&[], &[]])
 }
 
 /// A wall that holds this coordinate fixed at this place, m.
@@ -358,8 +354,9 @@ pub fn world(law: Law, dt: f64, gravity: [f64; 2], alpha: f64, [x, z]: [&[f64]; 
     Model {
         gravity,
         alpha,
+        dt,
         walls: across.chain(up).collect(),
-        ..model(law, dt)
+        law,
     }
 }
 

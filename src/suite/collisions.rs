@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::analytic::{
-    Ends, SpringDashpot, State, dashpot, deviations, halved, nominal_ratio, random_rounding,
+    SpringDashpot, State, dashpot, deviations, halved, nominal_ratio, random_rounding,
     rounding_of_phase,
 };
 use crate::suite::{self, CaseGroup, Grain, Track, at, furthest};
@@ -92,13 +92,7 @@ pub struct HeadOn {
 
 impl HeadOn {
     /// Without dashpot and local damping.
-    pub fn elastic(
-        id: String,
-        grain: Grain,
-        other: Option<Grain>,
-        stiffness: f64,
-        approach: f64,
-    ) -> Self {
+    pub fn new(id: String, grain: Grain, other: Option<Grain>, stiffness: f64, speed: f64) -> Self {
         HeadOn {
             id,
             grain,
@@ -106,7 +100,7 @@ impl HeadOn {
             stiffness,
             viscosity: Viscosity::None,
             alpha: 0.0,
-            approach,
+            approach: speed,
             steps: 1000.0,
             lead: 5.3,
         }
@@ -149,7 +143,7 @@ impl HeadOn {
         };
         SpringDashpot {
             dashpot,
-            ends: tension.into(),
+            ends: Some(tension),
             approach: self.approach,
             alpha: self.alpha,
             ..SpringDashpot::spring(self.mass(), self.stiffness, self.dt())
@@ -158,7 +152,7 @@ impl HeadOn {
 
     /// Before touch.
     pub fn start(&self) -> State {
-        State::start(-self.lead * self.dt() * self.approach, self.approach)
+        State::new(0, -self.lead * self.dt() * self.approach, self.approach)
     }
 
     /// A step by which a contact of this duration (s) is over.
@@ -212,18 +206,12 @@ impl HeadOn {
     fn state(&self, track: &Track, step: u64) -> State {
         let view = at(track, step);
         let ([x, z], [vx, vz]) = (view.position(0), view.velocity(0));
-        let (overlap, approach) = match self.other {
-            None => (self.floor() + self.grain.radius - z, -vz),
-            Some(other) => {
-                let sum = self.grain.radius + other.radius;
-                (sum - (view.position(1)[0] - x), vx - view.velocity(1)[0])
-            }
+        let Some(other) = self.other else {
+            return State::new(step, self.floor() + self.grain.radius - z, -vz);
         };
-        State {
-            step,
-            overlap,
-            approach,
-        }
+        let sum = self.grain.radius + other.radius;
+        let overlap = sum - (view.position(1)[0] - x);
+        State::new(step, overlap, vx - view.velocity(1)[0])
     }
 
     /// Restitution and contact time (s) from states before touch and after the surfaces have parted: in
@@ -238,7 +226,7 @@ impl HeadOn {
 /// A glass ball of 2 mm that meets a wall, and one that meets another ball.
 fn glass(id: impl Fn(&str) -> String) -> [HeadOn; 2] {
     let ball = |radius| Grain::sphere([0.0; 2], radius, 2500.0);
-    let of = |what, other| HeadOn::elastic(id(what), ball(1.0e-3), other, 2.0e4, 0.4);
+    let of = |what, other| HeadOn::new(id(what), ball(1.0e-3), other, 2.0e4, 0.4);
     [of("wall", None), of("pair", Some(ball(1.7e-3)))]
 }
 
@@ -253,8 +241,8 @@ fn local_damping() -> CaseGroup {
             let period = of.steps * of.dt();
             let duration = 0.5 * period * (1.0 / (1.0 - alpha).sqrt() + 1.0 / (1.0 + alpha).sqrt());
             let end = of.end(duration);
-            group = group.with([of.case(vec![0, end])], move |tracks, figures| {
-                let [rebound, time] = of.outcome(&tracks[0], end);
+            group = group.with(of.id.clone(), of.case(vec![0, end]), move |track, figures| {
+                let [rebound, time] = of.outcome(track, end);
                 let expected = ((1.0 - alpha) / (1.0 + alpha)).sqrt();
                 let small = of.angle() * of.angle();
                 // At the turning point half a step at most is damped with the wrong sign: work 2αF over the way
@@ -262,7 +250,6 @@ fn local_damping() -> CaseGroup {
                 let of_rebound = expected * 0.5 * small * (1.0 + alpha) / (1.0 - alpha);
                 // The same half step moves the way back by 2α/(1−α) of itself.
                 let turning = of.dt() * alpha / (1.0 - alpha);
-                figures.case(&of.id);
                 figures.because(
                     "second order in the step: (1+α)/(1−α)·½(ω dt)² from touching, turning and parting between steps",
                 );
@@ -293,8 +280,12 @@ struct Rebound {
 }
 
 impl Rebound {
-    /// With the dashpot constant and the law of the closed form.
-    fn of_dashpot(coarse: HeadOn) -> Self {
+    /// With a dashpot of this ζ.
+    fn of_dashpot(ratio: f64, tension: Tension, plain: &HeadOn) -> Self {
+        let mut coarse = plain.clone();
+        if ratio != 0.0 {
+            coarse.viscosity = plain.damped(ratio, tension);
+        }
         let contact = coarse.contact();
         let release = contact.release();
         Rebound {
@@ -314,19 +305,18 @@ impl Rebound {
         };
         let runs = [self.coarse.clone(), fine];
         let case = |run: &HeadOn| run.case(vec![0, run.end(self.contact_time)]);
-        group.with(runs.each_ref().map(case), move |tracks, figures| {
+        group.with_all(self.coarse.id.clone(), runs.each_ref().map(case), move |tracks, figures| {
             let outcome = |i: usize| runs[i].outcome(&tracks[i], runs[i].end(self.contact_time));
             let (coarse, fine) = (outcome(0), outcome(1));
             let limit = |index: usize| (FINER * fine[index] - coarse[index]) / (FINER - 1.0);
             let lag = 0.5 * self.restitution.ln().abs();
             let lets_go = match self.coarse.contact().ends {
-                Ends::Clipped => 0.0,
+                Some(Tension::Clipped) => 0.0,
                 _ => 0.5,
             };
             let first = (lag + lets_go) * self.share / FINER;
             let angle = self.coarse.angle();
             let second = angle * angle + self.share * self.share;
-            figures.case(&self.coarse.id);
             figures.because(
                 "first order in the step: the dashpot takes the speed of half a step before, as if the mass were \
                  less by ½c dt; twice ¼|ln e| c dt/m, and ½c dt/m where it lets go of a force within a step",
@@ -351,16 +341,13 @@ impl Rebound {
 /// A rebound in so many steps, touch in the middle between two of them. A dashpot that pulls lets go
 /// of a force, so when it does so within a step matters: it has a whole number of steps in its contact
 /// time π/(ω₀√(1−ζ²)), which parts coarse and fine runs at the same place in a step.
-fn in_steps(steps: f64, ratio: f64, tension: Tension, of: HeadOn) -> HeadOn {
-    let steps = match tension {
+fn in_steps(steps: f64, ratio: f64, tension: Tension, mut of: HeadOn) -> HeadOn {
+    of.lead = 5.5;
+    of.steps = match tension {
         Tension::Clipped => steps,
         Tension::Unclipped => steps * (1.0 - ratio * ratio).sqrt(),
     };
-    HeadOn {
-        steps,
-        lead: 5.5,
-        ..of
-    }
+    of
 }
 
 fn bodies_with_dashpots(
@@ -372,9 +359,8 @@ fn bodies_with_dashpots(
     let mut group = CaseGroup::new(id, title);
     for &ratio in ratios {
         for plain in glass(|what| format!("{what}/zeta-{ratio}")) {
-            let mut damped = in_steps(500.0, ratio, tension, plain);
-            damped.viscosity = damped.damped(ratio, tension);
-            group = Rebound::of_dashpot(damped).add_to(group);
+            let plain = in_steps(500.0, ratio, tension, plain);
+            group = Rebound::of_dashpot(ratio, tension, &plain).add_to(group);
         }
     }
     group
@@ -393,12 +379,7 @@ fn restitutions() -> CaseGroup {
             let nominal = nominal_ratio(e_n);
             for plain in glass(|what| format!("{what}/e-{e_n}/{name}")) {
                 let plain = in_steps(300.0, nominal, tension, plain);
-                let rebound = |ratio: f64| {
-                    Rebound::of_dashpot(HeadOn {
-                        viscosity: plain.damped(ratio, tension),
-                        ..plain.clone()
-                    })
-                };
+                let rebound = |ratio: f64| Rebound::of_dashpot(ratio, tension, &plain);
                 let (low, high) = match tension {
                     Tension::Clipped => (0.5 * nominal, 3.0 * nominal.max(0.1)),
                     Tension::Unclipped => (nominal, nominal),
@@ -428,20 +409,18 @@ fn elastic() -> CaseGroup {
         let grain = Grain::sphere([0.0; 2], radius, density);
         let other = pair.then_some(grain);
         // Eq. 4 of the paper for equal grains, and a wall counts as one.
-        let of = HeadOn::elastic(id.to_owned(), grain, other, modulus * radius, approach);
+        let of = HeadOn::new(id.to_owned(), grain, other, modulus * radius, approach);
         let middle = (of.lead + 0.5 * of.steps).round() as u64;
         let middle = [middle - 1, middle, middle + 1];
         let duration = of.steps * of.dt();
         let end = of.end(duration);
         let moments = [&[0], &middle[..], &[end]].concat();
-        group = group.with([of.case(moments)], move |tracks, figures| {
-            let track = &tracks[0];
+        group = group.with(of.id.clone(), of.case(moments), move |track, figures| {
             let force = |step| at(track, step).contact(|of| of.normal_force);
             let (mass, stiffness) = (of.mass(), of.stiffness);
             let most = of.approach * (stiffness * mass).sqrt();
             let deepest = of.approach * (mass / stiffness).sqrt();
             let eighth = 0.125 * of.angle() * of.angle();
-            figures.case(&of.id);
             figures.because(
                 "the top lies half a step off at most, (ω dt)²/8 lower, and touch between two steps raises it by \
                  that at most",
@@ -473,12 +452,9 @@ fn rebounds(
             let ratio = nominal_ratio(*restitution);
             let ball = Grain::sphere([0.0; 2], 2.5e-3, density);
             let id = format!("{id}/e-{restitution}");
-            let plain = HeadOn::elastic(id, ball, None, modulus * 2.5e-3, 3.9);
-            let mut of = in_steps(500.0, ratio, tension, plain);
-            if *restitution != 1.0 {
-                of.viscosity = of.damped(ratio, tension);
-            }
-            group = Rebound::of_dashpot(of).add_to(group);
+            let plain = HeadOn::new(id, ball, None, modulus * 2.5e-3, 3.9);
+            let plain = in_steps(500.0, ratio, tension, plain);
+            group = Rebound::of_dashpot(ratio, tension, &plain).add_to(group);
         }
     }
     group
@@ -496,7 +472,7 @@ fn recurrence(
     let grain = Grain::disc([0.0; 2], 0.01, 2000.0);
     let other = Some(Grain::sphere([0.0; 2], 0.015, 60_000.0));
     for (id, other) in [("wall", None), ("pair", other)] {
-        let mut of = HeadOn::elastic(id.to_owned(), grain, other, 3.0e5, 1.0);
+        let mut of = HeadOn::new(id.to_owned(), grain, other, 3.0e5, 1.0);
         (of.steps, of.lead) = (100.0, 3.3);
         // As deep as a third of the radius, so that rounding is small beside it.
         of.approach = 0.33 * of.grain.radius * of.frequency();
@@ -504,15 +480,18 @@ fn recurrence(
         let later = [0.02, 0.25, 0.5, 0.75, 1.6];
         let later = later.map(|share| (of.lead + share * of.steps).round() as u64);
         let moments = [&[0, 1], &later[..]].concat();
-        group = group.with([of.case(moments.clone())], move |tracks, figures| {
-            let seen: Vec<State> = moments.iter().map(|n| of.state(&tracks[0], *n)).collect();
+        let case = of.case(moments.clone());
+        group = group.with(of.id.clone(), case, move |track, figures| {
+            let seen = |step: u64| {
+                let state = of.state(track, step);
+                [state.overlap, state.approach]
+            };
             let expected = of.contact().track(of.start(), &moments);
             let amplitude = of.approach / of.frequency();
             let steps = expected.last().map_or(0, |state| state.step);
             let tolerance = random_rounding(steps, 3.0 * of.grain.radius, amplitude);
             let scales = [amplitude, of.approach];
-            figures.case(&of.id);
-            deviations(figures, &seen, &expected, scales, tolerance);
+            deviations(figures, seen, &expected, scales, tolerance);
         });
     }
     group
@@ -539,19 +518,17 @@ fn squeezed(group: CaseGroup) -> CaseGroup {
     let law = suite::springs(STIFFNESS / grain.radius);
     let model = suite::world(law, dt, [0.0; 2], 0.0, [&[LEFT, right], &[]]);
     let case = suite::case("squeezed", model, &[grain], MOMENTS.to_vec());
-    group.with([case], move |tracks, figures| {
+    group.with("squeezed", case, move |track, figures| {
         let spring = SpringDashpot::spring(grain.mass, 2.0 * STIFFNESS, dt);
-        let start = State::start(AMPLITUDE, 0.0);
+        let start = State::new(0, AMPLITUDE, 0.0);
         let expected = MOMENTS.map(|step| spring.in_touch(&start, step));
-        let seen = MOMENTS.map(|step| State {
-            step,
-            overlap: middle - at(&tracks[0], step).position(0)[0],
-            approach: -at(&tracks[0], step).velocity(0)[0],
-        });
+        let seen = |step: u64| {
+            let view = at(track, step);
+            [middle - view.position(0)[0], -view.velocity(0)[0]]
+        };
         let scales = [AMPLITUDE, AMPLITUDE * spring.frequency()];
         let tolerance =
             random_rounding(STEPS, middle, AMPLITUDE) + rounding_of_phase(STEPS as f64 * ANGLE);
-        figures.case("squeezed");
-        deviations(figures, &seen, &expected, scales, tolerance);
+        deviations(figures, seen, &expected, scales, tolerance);
     })
 }

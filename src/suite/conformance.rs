@@ -179,7 +179,7 @@ pub fn of_yade(
 }
 
 /// What a job came to if it is not right.
-pub enum Trouble {
+enum Trouble {
     Wrong(String),
     /// The engine has no such parts.
     Skipped(String),

@@ -119,10 +119,9 @@ fn momentum() -> CaseGroup {
         let grains = crowd::grains(6, 5, [0.0; 2]);
         let case = suite::case(id, suite::model(law, 0.1 * time), &grains, vec![STEPS]);
         let start = momenta(&case.bodies, &grains);
-        group = group.with([case], move |tracks, figures| {
-            let at = tracks[0].first().map(|at| momenta(&at.bodies, &grains));
+        group = group.with(id, case, move |track, figures| {
+            let at = track.first().map(|at| momenta(&at.bodies, &grains));
             let found = at.unwrap_or([f64::NAN; 3]);
-            figures.case(id);
             figures.because(
                 "conserved but for rounding: eight roundings a step of the sum of all terms",
             );
@@ -138,98 +137,92 @@ fn momentum() -> CaseGroup {
     group
 }
 
-/// Energies of a snapshot on the step, J, with the case's parameters.
-struct Energies<'a> {
-    case: &'a Case,
+/// k_n, N/m.
+fn stiffness(case: &Case, contact: &Contact) -> f64 {
+    let radius = |id: u32| case.bodies.radius.get(id as usize).copied();
+    let two = radius(contact.id2).unwrap_or(f64::NAN);
+    let one = radius(contact.id1).unwrap_or(two);
+    2.0 * case.model.law.modulus * one * two / (one + two)
 }
 
-impl Energies<'_> {
-    fn stiffness(&self, contact: &Contact) -> f64 {
-        let radius = |id: u32| self.case.bodies.radius.get(id as usize).copied();
-        let two = radius(contact.id2).unwrap_or(f64::NAN);
-        let one = radius(contact.id1).unwrap_or(two);
-        2.0 * self.case.model.law.modulus * one * two / (one + two)
+/// ½F²/k of all springs on the step, the tangential ones too, J.
+fn stored(case: &Case, at: &Snapshot) -> f64 {
+    let mut energy = 0.0;
+    for contact in &at.contacts {
+        let k_n = stiffness(case, contact);
+        energy += 0.5 * k_n * contact.overlap * contact.overlap;
+        if case.model.law.has_friction() {
+            let k_s = case.model.law.stiffness_ratio * k_n;
+            energy += 0.5 * contact.tangential_force.powi(2) / k_s;
+        }
     }
+    energy
+}
 
-    /// ½F²/k of all springs, the tangential ones too.
-    fn stored(&self, at: &Snapshot) -> f64 {
-        let mut energy = 0.0;
+/// ½mv_{n−½}v_{n+½} and the same of the spins, J.
+fn moving(case: &Case, at: &Snapshot) -> f64 {
+    let dt = case.model.dt;
+    let (given, of) = (&case.bodies, &at.bodies);
+    let mut force = vec![[0.0; 3]; given.len()];
+    for contact in &at.contacts {
+        let [fx, fz] = contact.force();
+        for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
+            let id = id as usize;
+            if let Some(sum) = force.get_mut(id) {
+                sum[0] += sign * fx;
+                sum[1] += sign * fz;
+                let arm = given.radius[id] - 0.5 * contact.overlap;
+                sum[2] += arm * contact.tangential_force;
+            }
+        }
+    }
+    let mut energy = 0.0;
+    for (id, [fx, fz, torque]) in force.into_iter().enumerate() {
+        let product = |now: f64, rate: f64| now * (now + dt * rate);
+        let mass = given.mass[id];
+        let squares = product(of.vx[id], fx / mass) + product(of.vz[id], fz / mass);
+        energy += 0.5 * mass * squares;
+        if let (Some(spin), Some(inertia)) = (of.spin.get(id), given.inertia.get(id)) {
+            energy += 0.5 * inertia * product(*spin, torque / inertia);
+        }
+    }
+    energy
+}
+
+/// The energy at each moment over that at the first.
+fn over_the_first(case: &Case, track: &Track) -> Vec<f64> {
+    let total = |at: &Snapshot| stored(case, at) + moving(case, at);
+    let first = track.first().map_or(f64::NAN, total);
+    track.iter().map(|at| total(at) / first).collect()
+}
+
+/// What leapfrog may lose and gain where contacts close and open between two steps, over the energy at
+/// the start.
+///
+/// While a linear contact is closed, ½m v_{n−½}v_{n+½} + ½ku² is conserved. Where it closes with the first
+/// overlap y of at most v dt, it loses ½ky(v dt − y), a most of ⅛k(v dt)²; where it opens it gains as
+/// much. That is ¼(ω dt)² of the energy that the contact stores at its peak, ω² = k/m_eff.
+fn kinks(case: &Case, track: &Track) -> f64 {
+    let mass = |id: u32| case.bodies.mass.get(id as usize).copied();
+    let mut open: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+    let mut sum = 0.0;
+    for at in track {
+        let mut closed = BTreeMap::new();
         for contact in &at.contacts {
-            let k_n = self.stiffness(contact);
-            energy += 0.5 * k_n * contact.overlap * contact.overlap;
-            if self.case.model.law.has_friction() {
-                let k_s = self.case.model.law.stiffness_ratio * k_n;
-                energy += 0.5 * contact.tangential_force.powi(2) / k_s;
-            }
+            let two = mass(contact.id2).unwrap_or(f64::NAN);
+            let lightness = 1.0 / two + mass(contact.id1).map_or(0.0, |one| 1.0 / one);
+            let stiffness = stiffness(case, contact);
+            let stored = 0.5 * stiffness * contact.overlap * contact.overlap;
+            let turn = case.model.dt * (stiffness * lightness).sqrt();
+            let ids = (contact.id1, contact.id2);
+            let peak = open.remove(&ids).unwrap_or(0.0);
+            closed.insert(ids, f64::max(peak, 0.25 * turn * turn * stored));
         }
-        energy
+        sum += open.values().sum::<f64>();
+        open = closed;
     }
-
-    /// ½mv_{n−½}v_{n+½} and the same of the spins.
-    fn moving(&self, at: &Snapshot) -> f64 {
-        let dt = self.case.model.dt;
-        let (given, of) = (&self.case.bodies, &at.bodies);
-        let mut force = vec![[0.0; 3]; given.len()];
-        for contact in &at.contacts {
-            let [fx, fz] = contact.force();
-            for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
-                let id = id as usize;
-                if let Some(sum) = force.get_mut(id) {
-                    sum[0] += sign * fx;
-                    sum[1] += sign * fz;
-                    let arm = given.radius[id] - 0.5 * contact.overlap;
-                    sum[2] += arm * contact.tangential_force;
-                }
-            }
-        }
-        let mut energy = 0.0;
-        for (id, [fx, fz, torque]) in force.into_iter().enumerate() {
-            let product = |now: f64, rate: f64| now * (now + dt * rate);
-            let mass = given.mass[id];
-            let squares = product(of.vx[id], fx / mass) + product(of.vz[id], fz / mass);
-            energy += 0.5 * mass * squares;
-            if let (Some(spin), Some(inertia)) = (of.spin.get(id), given.inertia.get(id)) {
-                energy += 0.5 * inertia * product(*spin, torque / inertia);
-            }
-        }
-        energy
-    }
-
-    /// The energy at each moment over that at the first.
-    fn over_the_first(&self, track: &Track) -> Vec<f64> {
-        let total = |at: &Snapshot| self.stored(at) + self.moving(at);
-        let first = track.first().map_or(f64::NAN, total);
-        track.iter().map(|at| total(at) / first).collect()
-    }
-
-    /// What leapfrog may lose and gain where contacts close and open between two steps, over the energy at
-    /// the start.
-    ///
-    /// While a linear contact is closed, ½m v_{n−½}v_{n+½} + ½ku² is conserved. Where it closes with the first
-    /// overlap y of at most v dt, it loses ½ky(v dt − y), a most of ⅛k(v dt)²; where it opens it gains as
-    /// much. That is ¼(ω dt)² of the energy that the contact stores at its peak, ω² = k/m_eff.
-    fn kinks(&self, track: &Track) -> f64 {
-        let mass = |id: u32| self.case.bodies.mass.get(id as usize).copied();
-        let mut open: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-        let mut sum = 0.0;
-        for at in track {
-            let mut closed = BTreeMap::new();
-            for contact in &at.contacts {
-                let two = mass(contact.id2).unwrap_or(f64::NAN);
-                let lightness = 1.0 / two + mass(contact.id1).map_or(0.0, |one| 1.0 / one);
-                let stiffness = self.stiffness(contact);
-                let stored = 0.5 * stiffness * contact.overlap * contact.overlap;
-                let turn = self.case.model.dt * (stiffness * lightness).sqrt();
-                let ids = (contact.id1, contact.id2);
-                let peak = open.remove(&ids).unwrap_or(0.0);
-                closed.insert(ids, f64::max(peak, 0.25 * turn * turn * stored));
-            }
-            sum += open.values().sum::<f64>();
-            open = closed;
-        }
-        let first = track.first().map_or(f64::NAN, |at| self.moving(at));
-        (sum + open.values().sum::<f64>()) / first
-    }
+    let first = track.first().map_or(f64::NAN, |at| moving(case, at));
+    (sum + open.values().sum::<f64>()) / first
 }
 
 /// Adds a crowd of so many rows between four walls, looked at every ½√(m/k), with dt/√(m/k) = `turn`, whose energy over
@@ -250,15 +243,13 @@ fn watched(
     let moments = (0..=MOMENTS).map(|i| i * every).collect();
     let case = suite::case(id, model, &crowd::grains(rows, rows, [0.0; 2]), moments);
     let of = case.clone();
-    group.with([case], move |tracks, figures| {
-        let energies = Energies { case: &of };
-        let [found, expected] = figure(energies.over_the_first(&tracks[0]));
-        figures.case(&of.name);
+    group.with(id, case, move |track, figures| {
+        let [found, expected] = figure(over_the_first(&of, track));
         figures.because(
             "the energy that each contact stores at its peak, times ¼(ω dt)² for closing and \
              opening between two steps, added up",
         );
-        figures.is(what, found, expected, energies.kinks(&tracks[0]));
+        figures.is(what, found, expected, kinks(&of, track));
     })
 }
 
@@ -329,15 +320,10 @@ impl Couple {
         let heavier = of(0).mass / Grain::sphere([0.0; 2], radii[0], 2800.0).mass;
         let id = format!("{}/{id}", if disc { "discs" } else { "balls" });
         let stiffness = heavier * 2.0 * 4.8e10 * radii[0] * radii[1] / (radii[0] + radii[1]);
-        let impact = HeadOn::elastic(id, of(0), Some(of(1)), stiffness, 2.0);
-        Couple {
-            impact: HeadOn {
-                steps: STEPS,
-                lead: LEAD,
-                ..impact
-            },
-            grains: [of(0), of(1)],
-        }
+        let mut impact = HeadOn::new(id, of(0), Some(of(1)), stiffness, 2.0);
+        (impact.steps, impact.lead) = (STEPS, LEAD);
+        let grains = [of(0), of(1)];
+        Couple { impact, grains }
     }
 
     fn reach(&self) -> f64 {
@@ -473,10 +459,9 @@ fn gross_sliding() -> CaseGroup {
     ] {
         for disc in [false, true] {
             let of = Couple::glass(id, disc, radii, across, spins);
-            group = group.with([of.case()], move |tracks, figures| {
-                figures.case(&of.impact.id);
-                of.impulses(&tracks[0], figures);
-                of.conservation(&tracks[0], figures);
+            group = group.with(of.impact.id.clone(), of.case(), move |track, figures| {
+                of.impulses(track, figures);
+                of.conservation(track, figures);
             });
         }
     }
@@ -493,9 +478,8 @@ fn opposite_spins() -> CaseGroup {
     ] {
         for disc in [false, true] {
             let of = Couple::glass(id, disc, radii, [0.0; 2], spins);
-            group = group.with([of.case()], move |tracks, figures| {
-                let end = at(&tracks[0], of.moments()[1]);
-                figures.case(&of.impact.id);
+            group = group.with(of.impact.id.clone(), of.case(), move |track, figures| {
+                let end = at(track, of.moments()[1]);
                 figures.because("no slip, no tangential force; rounding in every step");
                 for (id, grain) in of.grains.iter().enumerate() {
                     let off = grain.spin.abs() * of.rounding();

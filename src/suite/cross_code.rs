@@ -14,7 +14,7 @@ use grains::generate::initial_bodies;
 use grains::model::{Law, Model};
 use grains::native::{first_contact_punch, run_case};
 use grains::scene::{
-    Cloud, ContactLaw, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
+    Cloud, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
 };
 use grains::tables::{BodyIds, Contact, Snapshot, Stage};
 use grains::task::{Case, Load};
@@ -172,29 +172,22 @@ pub fn recorded() -> Vec<CaseGroup> {
     let mut recorded = recorded_history().unwrap_or_default();
     recorded.retain(|row| row.stage == Stage::Settle && row.step <= STEPS);
     let scene = paper_scene(1, 5000);
-    let case = Case {
-        name: "the paper's cloud".to_owned(),
-        model: Model::of(&scene),
-        bodies: initial_bodies(&scene),
-        punch: None,
-        moments: recorded.iter().map(|row| row.step).collect(),
-    };
+    let moments = recorded.iter().map(|row| row.step).collect();
+    let case = poured("the paper's cloud".to_owned(), &scene, moments);
     let title =
         "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded";
-    let group = CaseGroup::new(RECORDED, title).with([case], move |tracks, figures| {
-        let moments = tracks[0].iter().zip(&recorded);
+    let mut group = CaseGroup::new(RECORDED, title).with("", case, move |track, figures| {
+        let moments = track.iter().zip(&recorded);
         let differing = moments.filter(|(moment, row)| moment.bodies.digest() != row.state);
-        let differing = differing.count() + tracks[0].len().abs_diff(recorded.len());
+        let differing = differing.count() + track.len().abs_diff(recorded.len());
         let none = recorded.is_empty();
         let value = if none { f64::NAN } else { differing as f64 };
         let what = format!("states: states whose bits differ; of {}, 1", recorded.len());
         figures.because("same operations in the same order: every bit");
         figures.is(&what, value, 0.0, 0.0);
     });
-    vec![CaseGroup {
-        evidence: Evidence::CrossCode,
-        ..group
-    }]
+    group.evidence = Evidence::CrossCode;
+    vec![group]
 }
 
 /// The group that only an engine with YADE's bits can pass.
@@ -231,23 +224,14 @@ fn laws() -> [(&'static str, &'static str, Law); 8] {
     use SlipVelocity::{ContactPoint, RatchetingCorrected};
     // Pa; soft, so that deep overlaps do not throw the grains apart at once.
     const MODULUS: f64 = 1.0e7;
-    let rough = |rotation, slip_velocity, torque_arms| {
-        let law = friction(MODULUS, 0.7, 0.4);
-        let contact = ContactLaw {
-            rotation,
-            slip_velocity,
-            torque_arms,
-            ..law.contact
-        };
-        Law { contact, ..law }
+    let free = |slip_velocity, torque_arms| {
+        let mut law = friction(MODULUS, 0.7, 0.4);
+        law.contact.slip_velocity = slip_velocity;
+        law.contact.torque_arms = torque_arms;
+        law
     };
-    let free = |slip_velocity, arms| rough(Rotation::Free, slip_velocity, arms);
-    let default = ContactLaw::default();
-    let blocked = rough(
-        Rotation::Blocked,
-        default.slip_velocity,
-        default.torque_arms,
-    );
+    let mut blocked = friction(MODULUS, 0.7, 0.4);
+    blocked.contact.rotation = Rotation::Blocked;
     let dashpot = |law| {
         let tension = Tension::Clipped;
         with_viscosity(law, Viscosity::Dashpot { c_n: 37.3, tension })
@@ -341,7 +325,8 @@ pub fn cases(most_grains: u32) -> Vec<CrossCase> {
         }
         for (law, scene) in [("friction", rough(grains)), ("dashpot", viscous(grains))] {
             let pouring = ["pouring", "pouring"];
-            cases.push(cross_case(grains, law, pouring, poured(&scene, pour)));
+            let case = poured(format!("pour {grains}"), &scene, moments(pour));
+            cases.push(cross_case(grains, law, pouring, case));
             if let Some(case) = pressed(&scene, load) {
                 cases.push(cross_case(grains, law, ["punch", "under the punch"], case));
             }
@@ -384,30 +369,26 @@ pub fn viscous(grains: u32) -> Scene {
     scene
 }
 
-fn poured(scene: &Scene, steps: u64) -> Case {
+/// The scene's cloud, poured and looked at in these moments.
+pub fn poured(name: String, scene: &Scene, moments: Vec<u64>) -> Case {
     Case {
-        name: format!("pour {}", scene.particles.count),
+        name,
         model: Model::of(scene),
         bodies: initial_bodies(scene),
         punch: None,
-        moments: moments(steps),
+        moments,
     }
 }
 
 /// A bed that the native engine poured, with the punch set on it; none if that failed, which a case
 /// of pouring shows.
 fn pressed(scene: &Scene, steps: u64) -> Option<Case> {
-    let mut bed = poured(scene, BED_STEPS);
-    bed.moments = vec![BED_STEPS];
-    let bodies = run_case(&bed, None).ok()?.pop()?.bodies;
-    let punch = first_contact_punch(scene, &bodies);
-    Some(Case {
-        name: format!("press {}", scene.particles.count),
-        bodies,
-        punch: Some(punch),
-        moments: moments(steps),
-        ..bed
-    })
+    let name = format!("press {}", scene.particles.count);
+    let mut bed = poured(name, scene, vec![BED_STEPS]);
+    bed.bodies = run_case(&bed, None).ok()?.pop()?.bodies;
+    bed.punch = Some(first_contact_punch(scene, &bed.bodies));
+    bed.moments = moments(steps);
+    Some(bed)
 }
 
 /// Ten moments, evenly spread.

@@ -72,7 +72,7 @@ impl Ball {
         let mass = self.grain().mass;
         SpringDashpot {
             dashpot: dashpot(nominal_ratio(self.restitution), mass, self.stiffness),
-            ends: self.tension.into(),
+            ends: Some(self.tension),
             pull: GRAVITY,
             approach,
             alpha: self.alpha,
@@ -91,9 +91,7 @@ impl Ball {
     }
 
     fn case(&self, moments: Vec<u64>) -> Case {
-        let contact = self.contact(0.0);
-        let dashpot = (self.restitution != 1.0).then_some((contact.dashpot, self.tension));
-        on_a_floor(&self.id, &contact, dashpot, self.grain(), 0.0, moments)
+        on_a_floor(&self.id, &self.contact(0.0), self.grain(), 0.0, moments)
     }
 
     /// The step nearest to a time.
@@ -109,21 +107,22 @@ impl Ball {
     }
 }
 
-/// A grain over a floor at this height, with this dashpot, if any.
+/// A grain over a floor at this height.
 fn on_a_floor(
     id: &str,
     contact: &SpringDashpot,
-    dashpot: Option<(f64, Tension)>,
     grain: Grain,
     floor: f64,
     moments: Vec<u64>,
 ) -> Case {
+    let (dt, alpha, c_n) = (contact.dt, contact.alpha, contact.dashpot);
     let springs = suite::springs(contact.stiffness / grain.radius);
-    let law = match dashpot {
-        None => springs,
-        Some((c_n, tension)) => suite::with_viscosity(springs, Viscosity::Dashpot { c_n, tension }),
+    let law = match contact.ends {
+        Some(tension) if c_n != 0.0 => {
+            suite::with_viscosity(springs, Viscosity::Dashpot { c_n, tension })
+        }
+        _ => springs,
     };
-    let (dt, alpha) = (contact.dt, contact.alpha);
     let model = suite::world(law, dt, [0.0, -GRAVITY], alpha, [&[], &[floor]]);
     suite::case(id, model, &[grain], moments)
 }
@@ -182,18 +181,17 @@ fn first_bounce(group: CaseGroup, ball: Ball) -> CaseGroup {
     let curve = (0..=40).map(|count| last - (40 - count) * every);
     let curve: Vec<u64> = curve.filter(|step| *step > first).collect();
     let moments = [&[first], &curve[..]].concat();
-    group.with([ball.case(moments)], move |tracks, figures| {
+    group.with(ball.id.clone(), ball.case(moments), move |track, figures| {
         let time = |step: u64| step as f64 * ball.dt;
-        let seen = |step: u64| at(&tracks[0], step).position(0)[1];
+        let seen = |step: u64| at(track, step).position(0)[1];
         let apart = curve
             .iter()
             .map(|step| (seen(*step) - height(&ball, time(*step))).abs());
         let (released, release) = first_release(&ball);
-        let [end, velocity] = ball.flight(&tracks[0], last, GRAVITY);
+        let [end, velocity] = ball.flight(track, last, GRAVITY);
         let since = time(last) - released;
         let back = end - velocity * since - 0.5 * GRAVITY * since * since;
         let off = touch()[1] * ball.order();
-        figures.case(&ball.id);
         figures.because(
             "the scheme has the parabola exactly; rounding of the height in every step",
         );
@@ -269,7 +267,7 @@ fn repeated_bounces() -> CaseGroup {
             let steps = bounces.iter().map(|bounce| ball.step(bounce.reading));
             ball.case(steps.collect())
         };
-        group = group.with(floors.each_ref().map(case), move |tracks, figures| {
+        group = group.with_all("", floors.each_ref().map(case), move |tracks, figures| {
             let mut last = [f64::NAN; 2];
             for ((ball, track), last) in floors.iter().zip(tracks).zip(&mut last) {
                 figures.case(&ball.id);
@@ -341,17 +339,16 @@ fn damped_bounces() -> CaseGroup {
             steps.push(ball.step(time + 0.5 * rise(height)));
             time += rise(height);
         }
-        group = group.with([ball.case(steps.clone())], move |tracks, figures| {
+        group = group.with(ball.id.clone(), ball.case(steps.clone()), move |track, figures| {
             let raised = 0.5 * ball.grain().mass * GRAVITY / stiffness - RADIUS;
             let fall = GRAVITY * (1.0 + alpha);
             let start = HEIGHT + raised;
-            figures.case(&ball.id);
             figures.because(
                 "second order in the step, as in bounce-local-damping and twice over in a height: \
                  (1+α)/(1−α)·(ω dt)² a bounce",
             );
             for (count, step) in (1..).zip(&steps) {
-                let [height, velocity] = ball.flight(&tracks[0], *step, fall);
+                let [height, velocity] = ball.flight(track, *step, fall);
                 let apex = height + 0.5 * velocity * velocity / fall;
                 let expected = ratio.powi(2 * count);
                 let off = expected * f64::from(count) * ball.second_order() / ratio;
@@ -388,23 +385,19 @@ fn recurrence() -> CaseGroup {
             ..SpringDashpot::spring(grain.mass, 2.0e4, 2.0e-4)
         };
         let moments: Vec<u64> = (0..=10).map(|count| count * (STEPS / 10)).collect();
-        let given = (ratio != 0.0).then_some((spring.dashpot, Tension::Clipped));
-        let case = on_a_floor(id, &spring, given, grain, FLOOR, moments.clone());
-        group = group.with([case], move |tracks, figures| {
+        let case = on_a_floor(id, &spring, grain, FLOOR, moments.clone());
+        group = group.with(id, case, move |track, figures| {
             let overlap = |height: f64| FLOOR + grain.radius - height;
-            let start = State::start(overlap(grain.position[1]), -grain.velocity[1]);
+            let start = State::new(0, overlap(grain.position[1]), -grain.velocity[1]);
             let expected = spring.track(start, &moments);
-            let seen = |step: &u64| State {
-                step: *step,
-                overlap: overlap(at(&tracks[0], *step).position(0)[1]),
-                approach: -at(&tracks[0], *step).velocity(0)[1],
+            let seen = |step: u64| {
+                let view = at(track, step);
+                [overlap(view.position(0)[1]), -view.velocity(0)[1]]
             };
-            let seen: Vec<State> = moments.iter().map(seen).collect();
             let height = grain.position[1] - grain.radius - FLOOR;
             let scales = [height, (2.0 * GRAVITY * height).sqrt()];
             let tolerance = random_rounding(STEPS, grain.position[1], height);
-            figures.case(id);
-            deviations(figures, &seen, &expected, scales, tolerance);
+            deviations(figures, seen, &expected, scales, tolerance);
         });
     }
     group

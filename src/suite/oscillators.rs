@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::analytic::{SpringDashpot, State};
 use crate::suite::{self, CaseGroup, Grain, Track, at, rounding};
 use grains::model::Law;
-use grains::scene::{ContactLaw, Rotation};
+use grains::scene::Rotation;
 use grains::tables::Snapshot;
 use grains::task::Case;
 
@@ -61,27 +61,22 @@ fn free_fall() -> CaseGroup {
         Grain::disc([0.0, 0.0], 0.1, 1000.0),
         Grain::disc([2.0, 1.0], 0.1, 1000.0).moving([3.0, 5.0]),
     ];
-    CaseGroup::new(
-        "free-fall",
-        "Free fall with velocities at half steps: x_n = x_0 + v_0 n dt + ½g dt² n(n+1)",
-    )
-    .with(
-        [flight::case(gravity, 0.0, &grains)],
-        move |tracks, figures| {
-            for (id, (grain, kind)) in grains.iter().zip(["dropped", "thrown"]).enumerate() {
-                for steps in flight::MOMENTS {
-                    for (axis, name) in ["x", "z"].into_iter().enumerate() {
-                        let start = [grain.position[axis], grain.velocity[axis]];
-                        let expected = flight::flown(start, gravity[axis], steps);
-                        let size = start[0].abs() + flight::reach(start[1], gravity[axis], steps);
-                        let found = at(&tracks[0], steps).position(id)[axis];
-                        let what = format!("{kind}/{name}/{steps}-steps, m");
-                        figures.exact(&what, found, expected, steps, size);
-                    }
+    let case = flight::case(gravity, 0.0, &grains);
+    let title = "Free fall with velocities at half steps: x_n = x_0 + v_0 n dt + ½g dt² n(n+1)";
+    CaseGroup::new("free-fall", title).with("", case, move |track, figures| {
+        for (id, (grain, kind)) in grains.iter().zip(["dropped", "thrown"]).enumerate() {
+            for steps in flight::MOMENTS {
+                for (axis, name) in ["x", "z"].into_iter().enumerate() {
+                    let start = [grain.position[axis], grain.velocity[axis]];
+                    let expected = flight::flown(start, gravity[axis], steps);
+                    let size = start[0].abs() + flight::reach(start[1], gravity[axis], steps);
+                    let found = at(track, steps).position(id)[axis];
+                    let what = format!("{kind}/{name}/{steps}-steps, m");
+                    figures.exact(&what, found, expected, steps, size);
                 }
             }
-        },
-    )
+        }
+    })
 }
 
 /// Grains dropped, thrown up and drifting sideways under local damping.
@@ -101,28 +96,22 @@ fn damped_flight() -> CaseGroup {
         let speed = THROWN + rising as f64 * flight::DT * -up;
         flight::flown([top, speed], -down, steps - rising)
     };
-    CaseGroup::new(
-        "flight-with-local-damping",
-        "Under local damping a grain falls at g(1−α) and rises at g(1+α)",
-    )
-    .with(
-        [flight::case([0.0, -GRAVITY], ALPHA, &grains)],
-        move |tracks, figures| {
-            for n in flight::MOMENTS {
-                let found = |id: usize| at(&tracks[0], n).position(id);
-                let expected = flight::flown([0.0; 2], -down, n);
-                let what = format!("dropped/{n}-steps: z of the dropped grain after {n} steps, m");
-                figures.exact(&what, found(0)[1], expected, n, expected.abs());
-                let size = flight::reach(THROWN, up, n);
-                let what = format!("thrown/{n}-steps: z of the thrown grain after {n} steps, m");
-                figures.exact(&what, found(1)[1], thrown_up(n), n, size);
-                let expected = flight::flown([4.0, 1.5], 0.0, n);
-                let what =
-                    format!("drifting/{n}-steps: x of the drifting grain after {n} steps, m");
-                figures.exact(&what, found(2)[0], expected, n, expected);
-            }
-        },
-    )
+    let case = flight::case([0.0, -GRAVITY], ALPHA, &grains);
+    let title = "Under local damping a grain falls at g(1−α) and rises at g(1+α)";
+    CaseGroup::new("flight-with-local-damping", title).with("", case, move |track, figures| {
+        for n in flight::MOMENTS {
+            let found = |id: usize| at(track, n).position(id);
+            let expected = flight::flown([0.0; 2], -down, n);
+            let what = format!("dropped/{n}-steps: z of the dropped grain after {n} steps, m");
+            figures.exact(&what, found(0)[1], expected, n, expected.abs());
+            let size = flight::reach(THROWN, up, n);
+            let what = format!("thrown/{n}-steps: z of the thrown grain after {n} steps, m");
+            figures.exact(&what, found(1)[1], thrown_up(n), n, size);
+            let expected = flight::flown([4.0, 1.5], 0.0, n);
+            let what = format!("drifting/{n}-steps: x of the drifting grain after {n} steps, m");
+            figures.exact(&what, found(2)[0], expected, n, expected);
+        }
+    })
 }
 
 /// A disc that swings in contact, rad/s and m.
@@ -171,16 +160,15 @@ fn oscillator() -> CaseGroup {
     ];
     for (axis, case) in cases.into_iter().enumerate() {
         let id = case.name.replace(' ', "-");
-        group = group.with([case], move |tracks, figures| {
+        group = group.with(id, case, move |track, figures| {
             let swing = SpringDashpot::oscillator(omegas[axis], dts[axis]);
-            figures.case(&id);
             for n in MOMENTS {
-                let expected = swing.in_touch(&State::start(AMPLITUDE, 0.0), n);
+                let expected = swing.in_touch(&State::new(0, AMPLITUDE, 0.0), n);
                 let what = format!("way/{n}-steps, m");
-                let found = off_middle(&tracks[0], n, axis);
+                let found = off_middle(track, n, axis);
                 figures.exact(&what, found, expected.overlap, n, RADIUS);
                 let what = format!("velocity/{n}-steps, m/s");
-                let found = at(&tracks[0], n).velocity(0)[axis];
+                let found = at(track, n).velocity(0)[axis];
                 figures.exact(&what, found, expected.approach, n, omegas[axis] * RADIUS);
             }
         });
@@ -194,42 +182,29 @@ fn order() -> CaseGroup {
     const STEPS: [u64; 4] = [40, 80, 160, 320];
     let phase = 2.5 * PI;
     let turn = STEPS.map(|n| phase / n as f64);
-    let case = |(n, turn): (u64, f64)| {
+    let cases = [0, 1, 2, 3].map(|index| {
         // At rest at the start: −½dt·a half a step before.
-        let velocity = 0.5 * turn * OMEGA * AMPLITUDE;
-        between_walls(turn / OMEGA, 0.0, velocity, vec![n])
-    };
-    CaseGroup::new(
-        "oscillator-order",
-        "The oscillator converges to A cos ωt with the second order in dt",
-    )
-    .with(
-        STEPS.into_iter().zip(turn).map(case),
-        move |tracks, figures| {
-            let errors: Vec<f64> = tracks
-                .iter()
-                .zip(STEPS)
-                .map(|(track, n)| off_middle(track, n, 0) - AMPLITUDE * phase.cos())
-                .collect();
-            figures
-                .because("the next term of the error is smaller by (ω dt)², of the coarser step");
-            for (index, pair) in errors.windows(2).enumerate() {
-                let what = format!(
-                    "order-from-{}-and-{}-steps, 1",
-                    STEPS[index],
-                    STEPS[index + 1]
-                );
-                let order = (pair[0] / pair[1]).log2();
-                figures.is(&what, order, 2.0, turn[index] * turn[index]);
-            }
-            let finest = turn[3];
-            let leading = -AMPLITUDE * phase * finest * finest / 24.0;
-            let found = errors.last().map_or(f64::NAN, |error| error / leading);
-            figures.because("the next term of the error is smaller by (ω dt)²");
-            let what = "leading-term: error of 320 steps over its leading term −A ωt (ω dt)²/24, 1";
-            figures.is(what, found, 1.0, finest * finest);
-        },
-    )
+        let velocity = 0.5 * turn[index] * OMEGA * AMPLITUDE;
+        between_walls(turn[index] / OMEGA, 0.0, velocity, vec![STEPS[index]])
+    });
+    let title = "The oscillator converges to A cos ωt with the second order in dt";
+    CaseGroup::new("oscillator-order", title).with_all("", cases, move |tracks, figures| {
+        let off = |index: usize| off_middle(&tracks[index], STEPS[index], 0);
+        let errors = [0, 1, 2, 3].map(|index| off(index) - AMPLITUDE * phase.cos());
+        figures.because("the next term of the error is smaller by (ω dt)², of the coarser step");
+        for (index, pair) in errors.windows(2).enumerate() {
+            let [coarse, fine] = [STEPS[index], STEPS[index + 1]];
+            let what = format!("order-from-{coarse}-and-{fine}-steps, 1");
+            let order = (pair[0] / pair[1]).log2();
+            figures.is(&what, order, 2.0, turn[index] * turn[index]);
+        }
+        let finest = turn[3];
+        let leading = -AMPLITUDE * phase * finest * finest / 24.0;
+        let found = errors[3] / leading;
+        figures.because("the next term of the error is smaller by (ω dt)²");
+        let what = "leading-term: error of 320 steps over its leading term −A ωt (ω dt)²/24, 1";
+        figures.is(what, found, 1.0, finest * finest);
+    })
 }
 
 /// Under local damping: ω² is (1−α) of itself on the way in and (1+α) on the way out.
@@ -240,20 +215,17 @@ fn local_damping() -> CaseGroup {
         alpha: ALPHA,
         ..SpringDashpot::oscillator(OMEGA, turn / OMEGA)
     };
-    let start = State::start(AMPLITUDE, 0.0);
+    let start = State::new(0, AMPLITUDE, 0.0);
     let turns = swing.turns(start, STEPS - 1);
     let moments = [&turns[..], &[STEPS]].concat();
     let case = between_walls(swing.dt, ALPHA, 0.0, moments);
-    CaseGroup::new(
-        "oscillator-with-local-damping",
-        "Local damping takes √((1−α)/(1+α)) of the amplitude in half a period",
-    )
-    .with([case], move |tracks, figures| {
+    let title = "Local damping takes √((1−α)/(1+α)) of the amplitude in half a period";
+    CaseGroup::new("oscillator-with-local-damping", title).with("", case, move |track, figures| {
         for expected in swing.track(start, &[STEPS]) {
-            let found = off_middle(&tracks[0], STEPS, 0);
+            let found = off_middle(track, STEPS, 0);
             let what = format!("way/{STEPS}-steps, m");
             figures.exact(&what, found, expected.overlap, STEPS, RADIUS);
-            let found = at(&tracks[0], STEPS).velocity(0)[0];
+            let found = at(track, STEPS).velocity(0)[0];
             let what = format!("velocity/{STEPS}-steps, m/s");
             figures.exact(&what, found, expected.approach, STEPS, OMEGA * RADIUS);
         }
@@ -263,7 +235,7 @@ fn local_damping() -> CaseGroup {
         );
         let each = ((1.0 - ALPHA) / (1.0 + ALPHA)).sqrt();
         for (half_periods, step) in (1..).zip(&turns) {
-            let found = off_middle(&tracks[0], *step, 0).abs() / AMPLITUDE;
+            let found = off_middle(track, *step, 0).abs() / AMPLITUDE;
             let off = f64::from(half_periods) * turn * turn;
             let what = format!(
                 "amplitude/{half_periods}-half-periods: amplitude after {half_periods} half periods over that at the start, 1"
@@ -347,7 +319,7 @@ impl Stack {
     fn stepped(&self, steps: u64) -> [f64; 2] {
         let (amplitudes, speeds) = (self.amplitudes(), self.speeds());
         self.heights([0, 1].map(|j| {
-            let start = State::start(amplitudes[j], speeds[j]);
+            let start = State::new(0, amplitudes[j], speeds[j]);
             SpringDashpot::oscillator(self.omega[j], Self::DT)
                 .in_touch(&start, steps)
                 .overlap
@@ -404,16 +376,13 @@ fn stack() -> CaseGroup {
     let walls: [&[f64]; 2] = [&[], &[0.0, Stack::HEIGHT]];
     let model = suite::world(law, Stack::DT, [0.0, -GRAVITY], 0.0, walls);
     let case = suite::case("stack", model, &grains, vec![0, STEPS / 2, STEPS]);
-    CaseGroup::new(
-        "two-stacked-grains",
-        "MFiX DEM03: two spheres between floor and ceiling swing in their two modes",
-    )
-    .with([case], move |tracks, figures| {
+    let title = "MFiX DEM03: two spheres between floor and ceiling swing in their two modes";
+    CaseGroup::new("two-stacked-grains", title).with("", case, move |track, figures| {
         for steps in [STEPS / 2, STEPS] {
             let time = steps as f64 * Stack::DT;
             let (stepped, continuous) = (of.stepped(steps), of.at(time));
             for (id, kind) in ["lower", "upper"].into_iter().enumerate() {
-                let found = at(&tracks[0], steps).position(id)[1];
+                let found = at(track, steps).position(id)[1];
                 let what = format!("{kind}/{steps}-steps: height of the {kind} grain after {steps} steps, m");
                 figures.exact(&what, found, stepped[id], steps, Stack::HEIGHT);
                 figures.because(
@@ -425,7 +394,7 @@ fn stack() -> CaseGroup {
             }
         }
         let energy = |moment: usize| {
-            let found = tracks[0].get(moment).map(|at| of.energy(at));
+            let found = track.get(moment).map(|at| of.energy(at));
             found.unwrap_or(f64::NAN)
         };
         let what = "energy: energy after 4000 steps over that at the start; ½m v_{n−½}v_{n+½} + ½ku² + mgz, 1";
@@ -464,24 +433,17 @@ mod squeezed {
 
     /// With this k_s, N/m.
     pub fn case(stiffness: f64, way: fn(Law) -> Law, rotation: Rotation, grain: Grain) -> Case {
-        let law = way(suite::friction(
-            stiffness / (RATIO * RADIUS),
-            RATIO,
-            FRICTION_ANGLE,
-        ));
-        let contact = ContactLaw {
-            rotation,
-            ..law.contact
-        };
+        let modulus = stiffness / (RATIO * RADIUS);
+        let mut law = way(suite::friction(modulus, RATIO, FRICTION_ANGLE));
+        law.contact.rotation = rotation;
         let ceiling = 2.0 * (RADIUS - OVERLAP);
-        let law = Law { contact, ..law };
         let model = suite::world(law, DT, [0.0; 2], 0.0, [&[], &[0.0, ceiling]]);
         suite::case("squeezed", model, &[grain], MOMENTS.to_vec())
     }
 
     /// The swing, slack one step before the start: the contacts are new then and are given a whole step of slip.
     pub fn swing(speed: f64, step: u64) -> State {
-        let start = State::start(DT * speed, speed);
+        let start = State::new(0, DT * speed, speed);
         SpringDashpot::oscillator(OMEGA, DT).in_touch(&start, step)
     }
 }
@@ -497,10 +459,9 @@ fn sliding_spring() -> CaseGroup {
         let grain = squeezed::grain().moving([velocity, 0.0]);
         let stiffness = grain.mass * OMEGA * OMEGA / (2.0 * factor);
         let case = squeezed::case(stiffness, way, Rotation::Blocked, grain);
-        group = group.with([case], move |tracks, figures| {
-            figures.case(id);
+        group = group.with(id, case, move |track, figures| {
             for n in MOMENTS {
-                let (found, expected) = (at(&tracks[0], n), squeezed::swing(velocity, n));
+                let (found, expected) = (at(track, n), squeezed::swing(velocity, n));
                 let what = format!("way/{n}-steps, m");
                 let way = expected.overlap - DT * velocity;
                 figures.exact(&what, found.position(0)[0], way, n, AMPLITUDE);
@@ -528,14 +489,13 @@ fn turning_spring() -> CaseGroup {
         let grain = squeezed::grain().spinning(spin);
         let stiffness = grain.inertia * OMEGA * OMEGA / (2.0 * square);
         let case = squeezed::case(stiffness, way, Rotation::Free, grain);
-        group = group.with([case], move |tracks, figures| {
-            figures.case(id);
+        group = group.with(id, case, move |track, figures| {
             for n in MOMENTS {
                 let what = format!("spin/{n}-steps, rad/s");
                 let expected = squeezed::swing(spin, n).approach;
-                figures.exact(&what, at(&tracks[0], n).spin(0), expected, n, spin);
+                figures.exact(&what, at(track, n).spin(0), expected, n, spin);
             }
-            let way = at(&tracks[0], MOMENTS[2]).position(0)[0];
+            let way = at(track, MOMENTS[2]).position(0)[0];
             let what = "way-sideways, m";
             figures.exact(what, way, 0.0, MOMENTS[2], AMPLITUDE);
         });

@@ -12,7 +12,6 @@ use crate::engine::ProgramError;
 use crate::engine::yade::{self, run_cases, sibling};
 use crate::files::work_folder;
 use crate::suite::{Figures, Grain, Track, case, cross_code, punch};
-use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native::{self, CaseOptions, NativeError, run_case};
 use grains::scene::{Scene, paper_scene};
@@ -276,14 +275,8 @@ const FEWEST_GRAINS: u32 = 500;
 /// The case: spinning grains with friction, poured; 500 at least.
 pub fn precision_case(grains: u32) -> Case {
     let grains = grains.max(FEWEST_GRAINS);
-    let scene = cross_code::rough(grains);
-    Case {
-        name: format!("precision {grains}"),
-        model: Model::of(&scene),
-        bodies: initial_bodies(&scene),
-        punch: None,
-        moments: MOMENTS.to_vec(),
-    }
+    let name = format!("precision {grains}");
+    cross_code::poured(name, &cross_code::rough(grains), MOMENTS.to_vec())
 }
 
 #[derive(Debug, Clone)]
@@ -295,18 +288,19 @@ pub struct Precisions {
 }
 
 pub fn run_precisions(case: Case, options: &yade::Options) -> Result<Precisions, ProgramError> {
-    let build = |name: &str| -> Result<Track, ProgramError> {
-        let program = Some(sibling(options.program.as_deref(), name)?);
-        let options = yade::Options {
-            program,
-            ..options.clone()
-        };
-        in_yade(&case, options)
+    let run = |build: Option<&str>| -> Result<Track, ProgramError> {
+        let mut options = options.clone();
+        if let Some(name) = build {
+            options.program = Some(sibling(options.program.as_deref(), name)?);
+        }
+        let work = work_folder()?;
+        let (cases, _) = run_cases(&[&case], &options, work.path(), &mut ())?;
+        Ok(cases.into_iter().flat_map(|case| case.track).collect())
     };
     Ok(Precisions {
-        double: in_yade(&case, options.clone())?,
-        long_double: build("yade-longdouble")?,
-        truth: build("yade-float128")?,
+        double: run(None)?,
+        long_double: run(Some("yade-longdouble"))?,
+        truth: run(Some("yade-float128"))?,
         case,
     })
 }
@@ -315,13 +309,14 @@ impl Precisions {
     /// The errors of the native engine with these options, and YADE's.
     pub fn errors(&self, options: impl Into<CaseOptions>) -> Result<Vec<Errors>, NativeError> {
         let native = run_case(&self.case, options)?;
+        let largest = |of: &Snapshot, truth| apart(of, truth).fold(0.0, f64::max);
         let moments = self.truth.iter().zip(&native);
         let in_yade = self.double.iter().zip(&self.long_double);
         let errors = moments.zip(in_yade).map(|((truth, native), of)| Errors {
             step: truth.step,
-            native: largest_error(native, truth),
-            yade: largest_error(of.0, truth),
-            long_double: largest_error(of.1, truth),
+            native: largest(native, truth),
+            yade: largest(of.0, truth),
+            long_double: largest(of.1, truth),
         });
         Ok(errors.collect())
     }
@@ -332,16 +327,6 @@ pub fn apart(of: &Snapshot, truth: &Snapshot) -> impl Iterator<Item = f64> {
     let (of, truth) = (&of.bodies, &truth.bodies);
     let apart = |id: usize| (of.x[id] - truth.x[id]).hypot(of.z[id] - truth.z[id]);
     (0..of.len()).map(move |id| apart(id) / of.radius[id])
-}
-
-fn in_yade(case: &Case, options: yade::Options) -> Result<Track, ProgramError> {
-    let work = work_folder()?;
-    let (cases, _) = run_cases(&[case], &options, work.path(), &mut ())?;
-    Ok(cases.into_iter().flat_map(|case| case.track).collect())
-}
-
-fn largest_error(of: &Snapshot, truth: &Snapshot) -> f64 {
-    apart(of, truth).fold(0.0, f64::max)
 }
 
 pub fn precision_checks(errors: &[Errors]) -> Vec<Check> {

@@ -8,6 +8,7 @@
 use std::f64::consts::PI;
 
 use super::analytic::{SpringDashpot, State};
+use super::sliding::{CONTACT_POINT, HALF_OVERLAP};
 use crate::suite::{self, CaseGroup, Grain, at};
 use grains::model::Law;
 use grains::task::Case;
@@ -100,17 +101,14 @@ fn sliding() -> CaseGroup {
     let law = balls[0].law(1.0, FRICTION);
     let title = "Sliding friction slows a ball by μg dt a step and turns it by rμmg dt/I";
     let mut group = CaseGroup::new("sliding-ball", title);
-    let at_point = suite::at_contact_point(law.clone());
-    for (how, arm, law) in [
-        ("half-overlap", balls[0].arm, law),
-        ("contact-point", 1.0 - balls[0].overlap, at_point),
-    ] {
+    for arms in [HALF_OVERLAP, CONTACT_POINT] {
+        let arm = 1.0 - arms.shortening * balls[0].overlap;
+        let law = (arms.of)(law.clone());
         let case = on_a_plane(law, DT, [0.0, -GRAVITY], &grains, &MOMENTS);
-        group = group.with([case], move |tracks, figures| {
-            figures.case(how);
+        group = group.with(arms.id, case, move |track, figures| {
             for (id, (shape, share)) in SHAPES.into_iter().enumerate() {
                 for n in MOMENTS {
-                    let found = at(&tracks[0], n);
+                    let found = at(track, n);
                     let lost = FRICTION * GRAVITY * DT * n as f64;
                     let what = format!("{shape}/velocity/{n}-steps, m/s");
                     let speed = found.velocity(id)[0];
@@ -148,9 +146,10 @@ fn slip_then_roll() -> CaseGroup {
             let grains = [ball.grain.moving([SPEED, 0.0])];
             let law = ball.law(1.0, friction);
             let case = on_a_plane(law, dt, [0.0, -GRAVITY], &grains, &moments);
-            group = group.with([case], move |tracks, figures| {
+            let id = format!("{shape}/mu-{friction}");
+            group = group.with(id, case, move |track, figures| {
                 // The tangential spring is left swinging undamped; moments half a period apart cancel it.
-                let [early, late] = moments.map(|step| at(&tracks[0], step));
+                let [early, late] = moments.map(|step| at(track, step));
                 let mean = |a: f64, b: f64| 0.5 * (a + b);
                 let speed = mean(early.velocity(0)[0], late.velocity(0)[0]);
                 let spin = mean(early.spin(0), late.spin(0));
@@ -162,7 +161,6 @@ fn slip_then_roll() -> CaseGroup {
                 let share = 1.0 / (1.0 + ball.lightness());
                 let turning = spin * ball.arm / SPEED;
                 let (last, rest) = (moments[1], 1.0 - share);
-                figures.case(format!("{shape}/mu-{friction}"));
                 figures.exact("speed: v/u_0, 1", speed / SPEED, rest, last, 1.0);
                 figures.exact("spin: ωr/u_0, 1", turning, rest, last, 1.0);
                 figures.because("sliding ends between two steps: half a step");
@@ -222,7 +220,7 @@ impl Incline {
         let Ball { arm, grain, .. } = self.ball;
         let omega = self.ball.stick_omega(Self::RATIO);
         let factor = grain.radius / arm;
-        let start = State::start(-(factor * self.along / (omega * omega)), 0.0);
+        let start = State::new(0, -(factor * self.along / (omega * omega)), 0.0);
         let swing = SpringDashpot::oscillator(omega, self.dt).in_touch(&start, steps);
         let slip = swing.approach / factor;
         // v − rω and v + Iω/(mr).
@@ -240,11 +238,10 @@ fn rolling_incline() -> CaseGroup {
     let mut group = CaseGroup::new("rolling-incline", title);
     for (shape, share) in SHAPES {
         let of = Incline::new(share, PI / 12.0, 1000.0);
-        group = group.with([of.case(0.5, &MOMENTS)], move |tracks, figures| {
+        group = group.with(shape, of.case(0.5, &MOMENTS), move |track, figures| {
             let n = MOMENTS[0];
-            let [early, late] = MOMENTS.map(|step| at(&tracks[0], step));
+            let [early, late] = MOMENTS.map(|step| at(track, step));
             let [speed, spin] = of.rolled(n);
-            figures.case(shape);
             let what = format!("velocity/{n}-steps, m/s");
             figures.exact(&what, early.velocity(0)[0], speed, n, speed);
             let what = format!("spin/{n}-steps, rad/s");
@@ -275,12 +272,11 @@ fn sliding_incline() -> CaseGroup {
     for (shape, share) in SHAPES {
         // Soft, so that the rounding of the overlap is small against the overlap.
         let of = Incline::new(share, PI / 4.5, 64.0);
-        group = group.with([of.case(FRICTION, &MOMENTS)], move |tracks, figures| {
-            let [early, late] = MOMENTS.map(|step| at(&tracks[0], step));
+        group = group.with(shape, of.case(FRICTION, &MOMENTS), move |track, figures| {
+            let [early, late] = MOMENTS.map(|step| at(track, step));
             let steps = MOMENTS[1] - MOMENTS[0];
             let time = steps as f64 * of.dt;
             let pull = FRICTION * of.against;
-            figures.case(shape);
             let gain = late.velocity(0)[0] - early.velocity(0)[0];
             let expected = time * (of.along - pull);
             let what = format!("velocity-gain: velocity gained in {steps} steps, m/s");

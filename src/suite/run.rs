@@ -193,11 +193,8 @@ impl Tally {
 impl std::fmt::Display for Tally {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (passed, failed, others) = (self.passed, self.failed, self.inapplicable);
-        let skipped = self.skipped + others;
-        write!(
-            out,
-            "{passed} cases passed, {failed} failed, {skipped} skipped"
-        )?;
+        write!(out, "{passed} cases passed, {failed} failed, ")?;
+        write!(out, "{} skipped", self.skipped + others)?;
         match others {
             0 => Ok(()),
             others => write!(out, ", {others} of them since an engine lacks the parts"),
@@ -278,10 +275,10 @@ pub struct Suite {
 }
 
 /// What YADE made of the suite.
+#[derive(Default)]
 struct RunInYade {
-    version: String,
-    /// The tracks of the groups that YADE can run, in order.
-    tracks: std::vec::IntoIter<Track>,
+    version: Option<String>,
+    groups: Vec<CaseResult>,
     /// What it says of the scenes' parameters.
     answers: Vec<Answer>,
     /// What it made of the cross-code cases.
@@ -312,6 +309,7 @@ impl Suite {
     /// All cases in one process of YADE, and the parameters of the scenes.
     fn run_yade(
         &self,
+        role: Role,
         options: &yade::Options,
         observer: &mut dyn Observer,
     ) -> Result<RunInYade, EngineError> {
@@ -319,40 +317,32 @@ impl Suite {
         let can = |group: &&CaseGroup| not_in_yade(group).is_none();
         let alone = self.groups.iter().filter(can).flat_map(|of| &of.cases);
         let mut cases: Vec<&Case> = scenes.iter().map(|(_, probe)| probe).chain(alone).collect();
-        let alone = cases.len() - scenes.len();
         cases.extend(self.cross.iter().map(|of| &of.case));
         let work = work_folder().map_err(ProgramError::File)?;
         let (made, version) = run_cases(&cases, options, work.path(), observer)?;
         let mut rest = made.into_iter();
-        let answers = scenes.iter().zip(rest.by_ref());
+        let answers = scenes.into_iter().zip(rest.by_ref());
         let answers = answers.map(|((name, probe), of)| Answer {
             name,
-            probe: probe.clone(),
+            probe,
             yade: of.effective,
         });
         let answers = answers.collect();
-        let tracks: Vec<Track> = rest.by_ref().take(alone).map(|of| of.track).collect();
+        let judge = |group: &CaseGroup| {
+            let case = of_group(group, (role, "YADE"));
+            if let Some(reason) = not_in_yade(group) {
+                return case.skipped(&format!("YADE has no {reason}"), true);
+            }
+            let own = rest.by_ref().take(group.cases.len());
+            let own: Vec<Track> = own.map(|of| of.track).collect();
+            case.judged(Ok(group.judge(&own)))
+        };
         Ok(RunInYade {
-            version,
-            tracks: tracks.into_iter(),
+            version: Some(version),
+            groups: self.groups.iter().map(judge).collect(),
             answers,
             cross: rest.collect(),
         })
-    }
-
-    /// The groups from the tracks that YADE made of them.
-    fn of_yade(&self, mut tracks: std::vec::IntoIter<Track>, role: Role) -> Vec<CaseResult> {
-        let judge = |group: &CaseGroup| {
-            let case = of_group(group, (role, "YADE"));
-            match not_in_yade(group) {
-                Some(reason) => case.skipped(&format!("YADE has no {reason}"), true),
-                None => {
-                    let own: Vec<Track> = tracks.by_ref().take(group.cases.len()).collect();
-                    case.judged(Ok(group.judge(&own)))
-                }
-            }
-        };
-        self.groups.iter().map(judge).collect()
     }
 
     /// Native against what YADE made of the cross-code cases.
@@ -442,16 +432,16 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
         cases.extend(suite.run_native());
         task.done("done");
     }
-    let (mut errors, mut precisions, mut version) = (Vec::new(), None, None);
-    let (mut cross, mut answers) = (Vec::new(), Vec::new());
+    let (mut errors, mut precisions) = (Vec::new(), None);
+    let mut in_yade = RunInYade::default();
     let role = if both { Role::Reference } else { Role::Tested };
     if options.engine != Engines::Native {
         let task = display.task("all cases in YADE");
-        match suite.run_yade(&options.yade, &mut StageObserver(&task)) {
+        match suite.run_yade(role, &options.yade, &mut StageObserver(&task)) {
             Ok(run) => {
                 task.done("done");
-                cases.extend(suite.of_yade(run.tracks, role));
-                (version, answers, cross) = (Some(run.version), run.answers, run.cross);
+                in_yade = run;
+                cases.append(&mut in_yade.groups);
             }
             Err(EngineError::Program(error @ ProgramError::Missing { .. })) => {
                 task.done("YADE is missing");
@@ -460,10 +450,11 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
             Err(error) => return Err(error.into()),
         }
     }
-    if both && version.is_some() {
-        let found = parameters::checks(&answers, None).map_err(|error| error.to_string());
+    let RunInYade { cross, answers, .. } = &in_yade;
+    if both && in_yade.version.is_some() {
+        let found = parameters::checks(answers, None).map_err(|error| error.to_string());
         cases.push(of_parameters().judged(found));
-        cases.extend(suite.compare(&cross));
+        cases.extend(suite.compare(cross));
         let task = display.task("rounding errors");
         let case = parameters::precision_case(options.grains);
         cases.push(match parameters::run_precisions(case, &options.yade) {
@@ -490,7 +481,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
     let limits = options.detection_limits.then(|| {
         let task = display.task("detection limits");
         let precisions = precisions.as_ref();
-        let limits = limits(&suite, &cross, &answers, precisions, &|done, all| {
+        let limits = limits(&suite, cross, answers, precisions, &|done, all| {
             task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
         });
         task.done("done");
@@ -503,7 +494,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
         cases.push(case.judged(Ok(limits.checks())));
     }
     Ok(Verification {
-        yade: version,
+        yade: in_yade.version,
         errors,
         limits,
         ..Verification::new(&options.command, cases)?
@@ -547,11 +538,8 @@ impl Verification {
         sections.extend(self.engine());
         sections.extend(self.limits.as_ref().map(detection));
         if !self.errors.is_empty() {
-            let rounding = Section::new(
-                "Rounding",
-                "Native and YADE round alike; 11 more bits make the error smaller by about 2¹¹, so it is rounding and nothing else.",
-            );
-            sections.push(rounding.with(errors(&self.errors)));
+            let answer = "Native and YADE round alike; 11 more bits make the error smaller by about 2¹¹, so it is rounding and nothing else.";
+            sections.push(Section::new("Rounding", answer).with(errors(&self.errors)));
         }
         sections.push(self.disc());
         sections
@@ -574,8 +562,8 @@ impl Verification {
         cases.retain(|case| seen.insert(&case.id));
         let by = |case: &CaseResult, role: Role| {
             let mut all = self.cases.iter();
-            all.find(|of| of.id == case.id && of.role == role)
-                .map(|of| of.outcome)
+            let own = all.find(|of| of.id == case.id && of.role == role)?;
+            Some(own.outcome)
         };
         // What is missing for many is said once, above.
         let reasons = |case: &CaseResult| {
@@ -603,22 +591,17 @@ impl Verification {
     }
 
     fn disc(&self) -> Section {
-        let field = "field averaged over the";
+        let of = &self.disc;
+        let square = "field averaged over the control square of side R at the centre";
         let stresses = [
-            ("Σ/V of the contact forces".to_owned(), self.disc.contact),
-            (format!("{field} disc, by quadrature"), self.disc.disc),
-            (
-                format!("{field} control square of side R at the centre"),
-                self.disc.square,
-            ),
-            (
-                "Σ over the cell of side 2R: Table 3".to_owned(),
-                self.disc.cell,
-            ),
+            ("Σ/V of the contact forces", of.contact),
+            ("field averaged over the disc, by quadrature", of.disc),
+            (square, of.square),
+            ("Σ over the cell of side 2R: Table 3", of.cell),
         ];
         let title = "Stresses of Figure 4's disc, tension positive";
         let table = Table::of("disc", title, &stresses)
-            .column("stress", |(name, _)| name)
+            .column("stress", |(name, _)| *name)
             .column("σ_xx, Pa", |(_, stress)| stress[0])
             .column("σ_zz, Pa", |(_, stress)| stress[1])
             .column("σ_xz, Pa", |(_, stress)| stress[2]);

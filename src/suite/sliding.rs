@@ -6,7 +6,7 @@ use super::analytic::{
 use super::collisions::HeadOn;
 use crate::suite::{self, CaseGroup, Figures, Grain, Track, at, furthest};
 use grains::model::Law;
-use grains::scene::{ContactLaw, NewContactSlip, Tension};
+use grains::scene::{NewContactSlip, Tension};
 use grains::task::Case;
 
 pub fn groups() -> Vec<CaseGroup> {
@@ -51,29 +51,28 @@ type Shape = fn([f64; 2], f64, f64) -> Grain;
 
 const SHAPES: [(&str, Shape); 2] = [("ball", Grain::sphere), ("disc", Grain::disc)];
 
-/// The laws that differ in where a contact's force acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Arms {
-    /// R − u_n/2, and slip without ratcheting.
-    HalfOverlap,
-    /// R − u_n, and slip at the contact point.
-    ContactPoint,
-}
-
-impl Arms {
-    const ALL: [(&str, Arms); 2] = [
-        ("half-overlap", Arms::HalfOverlap),
-        ("contact-point", Arms::ContactPoint),
-    ];
-
+/// Where a contact's force acts, and the slip that goes with it.
+#[derive(Debug, Clone, Copy)]
+pub struct Arms {
+    pub id: &'static str,
+    /// The share of the overlap that the arm is shorter than the radius.
+    pub shortening: f64,
     /// The law with these arms.
-    fn of(self, law: Law) -> Law {
-        match self {
-            Arms::HalfOverlap => law,
-            Arms::ContactPoint => suite::at_contact_point(law),
-        }
-    }
+    pub of: fn(Law) -> Law,
 }
+
+/// Slip without ratcheting.
+pub const HALF_OVERLAP: Arms = Arms {
+    id: "half-overlap",
+    shortening: 0.5,
+    of: |law| law,
+};
+
+pub const CONTACT_POINT: Arms = Arms {
+    id: "contact-point",
+    shortening: 1.0,
+    of: suite::at_contact_point,
+};
 
 /// A grain that hits a wall and slides on it all through.
 #[derive(Debug, Clone)]
@@ -88,16 +87,20 @@ struct Slide {
 
 impl Slide {
     /// Without a dashpot.
-    fn new(id: String, grain: Grain, stiffness: f64, [ratio, tan_phi]: [f64; 2]) -> Self {
-        let impact = HeadOn::elastic(id, grain, None, stiffness, -grain.velocity[1]);
+    fn new(
+        id: String,
+        grain: Grain,
+        arms: Arms,
+        stiffness: f64,
+        [ratio, tan_phi]: [f64; 2],
+    ) -> Self {
+        let mut impact = HeadOn::new(id, grain, None, stiffness, -grain.velocity[1]);
+        impact.lead = 5.5;
         Slide {
-            impact: HeadOn {
-                lead: 5.5,
-                ..impact
-            },
+            impact,
             ratio,
             tan_phi,
-            arms: Arms::ContactPoint,
+            arms,
         }
     }
 
@@ -112,20 +115,12 @@ impl Slide {
         self.impact.end(self.impact.contact().release().parted())
     }
 
-    /// The share of the overlap that the arm is shorter than the radius.
-    fn shortening(&self) -> f64 {
-        match self.arms {
-            Arms::HalfOverlap => 0.5,
-            Arms::ContactPoint => 1.0,
-        }
-    }
-
     /// Velocity along the wall and spin that follow from the impulse J = ∫N dt and from ∫u N dt: the
     /// tangential impulse is μJ and acts at the arm R − s·u, against the slip of the surface.
     fn sliding(&self, impulse: f64, overlap_impulse: f64) -> [f64; 2] {
         let of = self.impact.grain;
         let friction = (of.velocity[0] - of.radius * of.spin).signum() * self.tan_phi;
-        let turning = of.radius * impulse - self.shortening() * overlap_impulse;
+        let turning = of.radius * impulse - self.arms.shortening * overlap_impulse;
         let velocity = of.velocity[0] - friction * impulse / of.mass;
         [velocity, of.spin + friction * turning / of.inertia]
     }
@@ -148,7 +143,7 @@ impl Slide {
         let rounding = random_rounding(self.end(), reach, contact.approach / contact.frequency());
         let of_impulse = angle.powi(4) + 0.5 * rebound.ln().abs() * share + rounding;
         let impulse = contact.mass * (1.0 + rebound) * contact.approach * of_impulse;
-        let shortening = self.shortening() * contact.overlap_impulse() * (angle * angle + share);
+        let shortening = self.arms.shortening * contact.overlap_impulse() * (angle * angle + share);
         let of = self.impact.grain;
         let turning = of.radius * impulse + shortening;
         let [push, turn] = [impulse, turning].map(|normal| self.tan_phi * normal);
@@ -157,7 +152,7 @@ impl Slide {
 
     fn case(&self, moments: Vec<u64>) -> Case {
         let angle = self.tan_phi.atan();
-        let law = |modulus| self.arms.of(suite::friction(modulus, self.ratio, angle));
+        let law = |modulus| (self.arms.of)(suite::friction(modulus, self.ratio, angle));
         self.impact.case_of(law, moments)
     }
 
@@ -173,11 +168,10 @@ impl Slide {
         group: CaseGroup,
         more: impl Fn(&Slide, &Track, &mut Figures) + Send + Sync + 'static,
     ) -> CaseGroup {
-        group.with([self.case(vec![self.end()])], move |tracks, figures| {
+        group.with(self.impact.id.clone(), self.case(vec![self.end()]), move |track, figures| {
             let ([velocity, spin], [of_velocity, of_spin]) =
-                (self.seen(&tracks[0]), self.expected());
+                (self.seen(track), self.expected());
             let [off, off_turning] = self.tolerances();
-            figures.case(&self.impact.id);
             figures.because(
                 "of the change: (ω dt)⁴, as touch and parting fall between two steps, ½|ln e| c dt/m with a \
                  dashpot, and rounding",
@@ -186,7 +180,7 @@ impl Slide {
             figures.is(what, velocity, of_velocity, off);
             figures.because("as the velocity; and (ω dt)² + c dt/m of what the overlap takes from the arm");
             figures.is("spin, rad/s", spin, of_spin, off_turning);
-            more(&self, &tracks[0], figures);
+            more(&self, track, figures);
         })
     }
 }
@@ -216,7 +210,7 @@ fn mfix() -> CaseGroup {
             let grain = grain.moving(at_angle(3.9, angle));
             // A disc one metre long weighs more: as stiff for its mass.
             let stiffness = 1.72e7 * grain.mass / ball.mass;
-            let slide = Slide::new(id, grain, stiffness, [1.48 / 1.72, 0.092]);
+            let slide = Slide::new(id, grain, CONTACT_POINT, stiffness, [1.48 / 1.72, 0.092]);
             group = slide.add_to(group, move |of, track, figures| {
                 if what != "ball" {
                     return;
@@ -257,10 +251,10 @@ fn chung_ooi_4() -> CaseGroup {
             let id = format!("{what}/{angle}-degrees");
             let grain = shape([0.0; 2], 2.5e-3, 4000.0).moving(at_angle(3.9, angle));
             // Mindlin's 2(1−ν)/(2−ν) for ν = 0.23.
-            let slide = Slide::new(id, grain, 3.8e11 * 2.5e-3, [1.54 / 1.77, 0.092]);
-            group = slide
-                .damped(nominal_ratio(0.98))
-                .add_to(group, |_, _, _| ());
+            let ratios = [1.54 / 1.77, 0.092];
+            let slide = Slide::new(id, grain, CONTACT_POINT, 3.8e11 * 2.5e-3, ratios);
+            let slide = slide.damped(nominal_ratio(0.98));
+            group = slide.add_to(group, |_, _, _| ());
         }
     }
     group
@@ -271,15 +265,12 @@ fn chung_ooi_4() -> CaseGroup {
 fn spinning(id: &'static str, title: &'static str, motions: &[(&str, f64, f64)]) -> CaseGroup {
     let mut group = CaseGroup::new(id, title);
     for (what, shape) in SHAPES {
-        for (law, arms) in Arms::ALL {
+        for arms in [HALF_OVERLAP, CONTACT_POINT] {
             for (how, velocity, spin) in motions {
-                let id = format!("{what}/{how}/{law}");
+                let id = format!("{what}/{how}/{}", arms.id);
                 let grain = shape([0.0; 2], 0.01, 2699.0);
                 let grain = grain.moving([*velocity, -0.5]).spinning(*spin);
-                let slide = Slide {
-                    arms,
-                    ..Slide::new(id, grain, 7.0e10 * grain.radius, [0.8, 0.3])
-                };
+                let slide = Slide::new(id, grain, arms, 7.0e10 * grain.radius, [0.8, 0.3]);
                 group = slide.add_to(group, |_, _, _| ());
             }
         }
@@ -295,23 +286,21 @@ fn recurrence() -> CaseGroup {
     let ball = Grain::sphere([0.0; 2], 0.01, 5.0e4);
     let disc = Grain::disc([0.0; 2], 0.01, 2000.0);
     for (id, grain, arms, damping_ratio) in [
-        ("ball/half-overlap", ball, Arms::HalfOverlap, 0.0),
-        ("disc/contact-point", disc, Arms::ContactPoint, 0.0),
-        ("disc/dashpot", disc, Arms::ContactPoint, 0.2),
+        ("ball/half-overlap", ball, HALF_OVERLAP, 0.0),
+        ("disc/contact-point", disc, CONTACT_POINT, 0.0),
+        ("disc/dashpot", disc, CONTACT_POINT, 0.2),
     ] {
         let stiffness = 3.0e5;
         let speed = 0.2 * grain.radius * (stiffness / grain.mass).sqrt();
         let spin = -8.0 * speed / grain.radius;
         let grain = grain.moving([0.0, -speed]).spinning(spin);
-        let mut of = Slide {
-            arms,
-            ..Slide::new(id.to_owned(), grain, stiffness, [0.7, 0.4])
-        };
+        let mut of = Slide::new(id.to_owned(), grain, arms, stiffness, [0.7, 0.4]);
         of.impact.steps = 100.0;
         if damping_ratio != 0.0 {
             of = of.damped(damping_ratio);
         }
-        group = group.with([of.case(vec![0, of.end()])], move |tracks, figures| {
+        let case = of.case(vec![0, of.end()]);
+        group = group.with(of.impact.id.clone(), case, move |track, figures| {
             let contact = of.impact.contact();
             let last = of.end();
             let states = contact.track(of.impact.start(), &(0..last).collect::<Vec<u64>>());
@@ -319,12 +308,11 @@ fn recurrence() -> CaseGroup {
             let impulse: f64 = states.iter().map(normal).sum();
             let overlaps = states.iter().map(|state| state.overlap * normal(state));
             let [_, of_spin] = of.sliding(impulse, overlaps.sum());
-            let start = at(&tracks[0], 0).velocity(0);
-            let end = at(&tracks[0], last).velocity(0);
-            let [_, spin] = of.seen(&tracks[0]);
+            let start = at(track, 0).velocity(0);
+            let end = at(track, last).velocity(0);
+            let [_, spin] = of.seen(track);
             let amplitude = contact.approach / contact.frequency();
             let off = random_rounding(last, 1.5 * grain.radius, amplitude);
-            figures.case(&of.impact.id);
             figures.because(
                 "true of every step that slides; rounding of two velocities in every step",
             );
@@ -372,9 +360,10 @@ impl Rocking {
     fn new(grain: Grain, arms: Arms) -> Self {
         let (radius, overlap) = (grain.radius, 0.1 * grain.radius);
         let stretch = 2.0 * radius / (2.0 * radius - overlap);
-        let (of_velocity, of_spin, arm) = match arms {
-            Arms::HalfOverlap => (stretch, radius, radius - 0.5 * overlap),
-            Arms::ContactPoint => (1.0, radius - overlap, radius - overlap),
+        let arm = radius - arms.shortening * overlap;
+        let (of_velocity, of_spin) = match arms.shortening {
+            1.0 => (1.0, arm),
+            _ => (stretch, radius),
         };
         Rocking {
             grain,
@@ -397,7 +386,7 @@ impl Rocking {
     fn swing(&self, step: u64) -> State {
         let rate = self.of_velocity * Self::SPEED;
         let spring = SpringDashpot::spring(1.0 / self.mobility, self.tangential(), self.dt());
-        spring.in_touch(&State::start(rate * self.dt(), rate), step)
+        spring.in_touch(&State::new(0, rate * self.dt(), rate), step)
     }
 
     /// Way, velocity, spin and force along the floor after so many steps: σ tells ∫S dt = (σ − σ₀)/Γ, and S
@@ -428,19 +417,19 @@ fn sticking() -> CaseGroup {
     let ball = Grain::sphere([0.0; 2], 0.01, 5.0e4);
     let disc = Grain::disc([0.0; 2], 0.01, 2000.0);
     for (what, grain) in [("ball", ball), ("disc", disc)] {
-        for (how, arms) in Arms::ALL {
+        for arms in [HALF_OVERLAP, CONTACT_POINT] {
             let of = Rocking::new(grain, arms);
             let modulus = of.stiffness / grain.radius;
-            let law = arms.of(suite::friction(modulus, Rocking::RATIO, 1.2));
+            let law = (arms.of)(suite::friction(modulus, Rocking::RATIO, 1.2));
             let gravity = [0.0, -Rocking::GRAVITY];
             let model = suite::world(law, of.dt(), gravity, 0.0, [&[], &[FLOOR]]);
             let height = FLOOR + grain.radius - 0.1 * grain.radius;
             let grains = [grain.at([0.0, height]).moving([Rocking::SPEED, 0.0])];
-            let id = format!("{what}/{how}");
+            let id = format!("{what}/{}", arms.id);
             let case = suite::case(&id, model, &grains, MOMENTS.to_vec());
-            group = group.with([case], move |tracks, figures| {
+            group = group.with(id, case, move |track, figures| {
                 let seen = |step: u64| {
-                    let view = at(&tracks[0], step);
+                    let view = at(track, step);
                     // Along (−n_z, n_x), so to the left.
                     let force = view.contact(|contact| -contact.tangential_force);
                     let (way, velocity) = (view.position(0)[0], view.velocity(0)[0]);
@@ -450,7 +439,6 @@ fn sticking() -> CaseGroup {
                 let amplitude = of.swing(0).approach / rate;
                 let tolerance = random_rounding(STEPS, amplitude, amplitude)
                     + rounding_of_phase(STEPS as f64 * Rocking::ANGLE);
-                figures.case(&id);
                 figures.because(ROUNDING);
                 let scales = [
                     ("way", of.dt() * Rocking::SPEED * STEPS as f64),
@@ -493,16 +481,12 @@ fn first_slip(
     let first = LEAD.ceil() as u64;
     let place = WALL + RADIUS + LEAD * DT * SPEEDS[1];
     let overlap = WALL + RADIUS - (place - first as f64 * DT * SPEEDS[1]);
-    let plain = suite::friction(STIFFNESS / RADIUS, RATIO, 1.5);
-    let contact = ContactLaw {
-        new_contact_slip,
-        ..plain.contact
-    };
-    let law = Law { contact, ..plain };
+    let mut law = suite::friction(STIFFNESS / RADIUS, RATIO, 1.5);
+    law.contact.new_contact_slip = new_contact_slip;
     let model = suite::world(law, DT, [0.0; 2], 0.0, [&[], &[WALL]]);
     let ball = Grain::sphere([0.0, place], RADIUS, 2500.0).moving([SPEEDS[0], -SPEEDS[1]]);
     let case = suite::case("first slip", model, &[ball], vec![first]);
-    CaseGroup::new(id, title).with([case], move |tracks, figures| {
+    CaseGroup::new(id, title).with("", case, move |track, figures| {
         // Slip of the undeformed surface, as the default law has it: stretched, and so is the approach that
         // the time since touch is told from.
         let stretch = 2.0 * RADIUS / (2.0 * RADIUS - overlap);
@@ -513,7 +497,7 @@ fn first_slip(
         let force = RATIO * STIFFNESS * slip;
         // Positions of the size of wall and radius make an overlap of a fraction of a step.
         let rounding = 4.0 * f64::EPSILON * (WALL + RADIUS) / overlap;
-        let found = at(&tracks[0], first).contact(|contact| contact.tangential_force);
+        let found = at(track, first).contact(|contact| contact.tangential_force);
         figures.because("k_s times the slip; rounding of the overlap");
         let off = force * (rounding + 8.0 * f64::EPSILON);
         let what = "force: tangential force at first touch, N";

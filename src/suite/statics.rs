@@ -183,12 +183,9 @@ fn column() -> CaseGroup {
         let above = f64::from(count - first) * weight(RADIUS);
         contact.force()[1].abs() / (0.5 * above)
     };
-    CaseGroup::new(
-        "column-of-discs",
-        "In a column between walls each side bears half of the weight above",
-    )
-    .with([pile.case()], move |tracks, figures| {
-        let Some(at) = tracks[0].first() else {
+    let title = "In a column between walls each side bears half of the weight above";
+    CaseGroup::new("column-of-discs", title).with("", pile.case(), move |track, figures| {
+        let Some(at) = track.first() else {
             return;
         };
         pile.judge(at, figures);
@@ -243,12 +240,9 @@ fn pyramid() -> CaseGroup {
         given: vec![(ids.left(), 0)],
         rests,
     };
-    CaseGroup::new(
-        "pyramid-of-discs",
-        "In a pyramid every contact bears what statics says",
-    )
-    .with([pile.case()], move |tracks, figures| {
-        if let Some(at) = tracks[0].first() {
+    let title = "In a pyramid every contact bears what statics says";
+    CaseGroup::new("pyramid-of-discs", title).with("", pile.case(), move |track, figures| {
+        if let Some(at) = track.first() {
             pile.judge(at, figures);
         }
     })
@@ -285,33 +279,27 @@ fn disc() -> CaseGroup {
     /// Steps to the moments that are looked at; nothing may move meanwhile.
     const MOMENTS: [u64; 2] = [0, 100];
     let overlaps = FORCES.map(|force| force / STIFFNESS);
-    CaseGroup::new(
-        "extensive-stress-of-a-disc",
-        "The disc of the paper's Figure 4 has the extensive stress of Table 3",
-    )
-    .with(
-        [squeezed(overlaps, STIFFNESS, 1.0e-3, MOMENTS.to_vec())],
-        move |tracks, figures| {
-            for (moment, steps) in MOMENTS.into_iter().enumerate() {
-                let stress = tracks[0].get(moment).and_then(extensive);
-                let stress = stress.unwrap_or([[f64::NAN; 2]; 2]);
-                figures.because("Table 3; eight roundings");
-                for (axis, name) in ["xx", "zz"].into_iter().enumerate() {
-                    // The contact points are at the distance R − u, the paper's rigid disc has them at R.
-                    let rigid = RADIUS / (RADIUS - overlaps[axis]);
-                    let what =
-                        format!("{name}/{steps}-steps: Σ_{name}·R/(R−u) after {steps} steps, J");
-                    let published = PUBLISHED[axis];
-                    let off = 8.0 * f64::EPSILON * published;
-                    figures.is(&what, stress[axis][axis] * rigid, published, off);
-                }
-                figures.because("Table 3; each term is zero");
-                let shear = 0.5 * (stress[0][1] + stress[1][0]);
-                let what = format!("xz/{steps}-steps: Σ_xz after {steps} steps, J");
-                figures.is(&what, shear, 0.0, 0.0);
+    let case = squeezed(overlaps, STIFFNESS, 1.0e-3, MOMENTS.to_vec());
+    let title = "The disc of the paper's Figure 4 has the extensive stress of Table 3";
+    CaseGroup::new("extensive-stress-of-a-disc", title).with("", case, move |track, figures| {
+        for (moment, steps) in MOMENTS.into_iter().enumerate() {
+            let stress = track.get(moment).and_then(extensive);
+            let stress = stress.unwrap_or([[f64::NAN; 2]; 2]);
+            figures.because("Table 3; eight roundings");
+            for (axis, name) in ["xx", "zz"].into_iter().enumerate() {
+                // The contact points are at the distance R − u, the paper's rigid disc has them at R.
+                let rigid = RADIUS / (RADIUS - overlaps[axis]);
+                let what = format!("{name}/{steps}-steps: Σ_{name}·R/(R−u) after {steps} steps, J");
+                let published = PUBLISHED[axis];
+                let off = 8.0 * f64::EPSILON * published;
+                figures.is(&what, stress[axis][axis] * rigid, published, off);
             }
-        },
-    )
+            figures.because("Table 3; each term is zero");
+            let shear = 0.5 * (stress[0][1] + stress[1][0]);
+            let what = format!("xz/{steps}-steps: Σ_xz after {steps} steps, J");
+            figures.is(&what, shear, 0.0, 0.0);
+        }
+    })
 }
 
 /// The elastic field inside the same disc under the contact forces that an engine gives it: its
@@ -322,16 +310,11 @@ fn field() -> CaseGroup {
     const OVERLAPS: [f64; 2] = [1.0 / 67_108_864.0, 1.0 / 33_554_432.0];
     /// N; Figure 4's vertical force.
     const FORCE: f64 = 1.0;
-    CaseGroup::new(
-        "field-inside-a-disc",
-        "The elastic field inside Figure 4's disc, under the engine's contact forces, averages to its Σ/V",
-    )
-    .with(
-        [squeezed(OVERLAPS, FORCE / OVERLAPS[1], 1.0e-6, vec![0])],
-        |tracks, figures| {
-            field_average(&tracks[0], figures);
-        },
-    )
+    let case = squeezed(OVERLAPS, FORCE / OVERLAPS[1], 1.0e-6, vec![0]);
+    let title = "The elastic field inside Figure 4's disc, under the engine's contact forces, averages to its Σ/V";
+    CaseGroup::new("field-inside-a-disc", title).with("", case, |track, figures| {
+        field_average(track, figures);
+    })
 }
 
 /// No checks, so a failed case, where the forces are not in balance.

@@ -136,10 +136,9 @@ fn group(
         let case = make(law_name, &law);
         let other = frame.case(&format!("{law_name}, {id}"), &case);
         let frame = frame.clone();
-        group = group.with([case, other], move |pair, figures| {
+        group = group.with_all(law_name, [case, other], move |pair, figures| {
             let found = frame.differences(dt(), &pair[0], &pair[1]);
             let allowed = rounded.map_or([0.0; 4], tolerances);
-            figures.case(law_name);
             figures.because(match rounded {
                 None => "the same operations on the same numbers: no difference at all",
                 Some(_) => {
