@@ -177,7 +177,7 @@ impl Arguments {
         document.sections.extend(more.chain([made]));
         self.output.views.tell("engine check", &text, &document)?;
         self.results.write(&document, &[(CHECK, &text)])?;
-        Ok(match found.outcome() {
+        Ok(match Outcome::from(found.verdict()) {
             Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
             outcome => outcome.exit_code(),
         })

@@ -18,18 +18,18 @@ pub fn groups() -> Vec<CaseGroup> {
     use Tension::{Clipped, Unclipped};
     vec![
         local_damping(),
-        bodies_with_dashpots(
+        rebounds(
             "bounce-dashpot",
             "A spring and a dashpot that does not pull: rebound and contact time, pair and wall",
             Clipped,
-            &[0.05, 0.2, 0.5, 0.9, 1.5],
+            glass_at(&[0.05, 0.2, 0.5, 0.9, 1.5]),
         ),
         // Above critical damping a dashpot that pulls never lets go.
-        bodies_with_dashpots(
+        rebounds(
             "bounce-dashpot-unclipped",
             "A spring and a dashpot that may pull give back exp(−πζ/√(1−ζ²)) of the speed",
             Unclipped,
-            &[0.05, 0.2, 0.5],
+            glass_at(&[0.05, 0.2, 0.5]),
         ),
         restitutions(),
         elastic(),
@@ -38,13 +38,13 @@ pub fn groups() -> Vec<CaseGroup> {
             "chung-ooi-3-rebound",
             "Chung and Ooi 3: rebound from a wall, dashpots that do not pull",
             Clipped,
-            &[0.2, 0.4, 0.6, 0.8, 1.0],
+            chung_ooi_3(&[0.2, 0.4, 0.6, 0.8, 1.0]),
         ),
         rebounds(
             "chung-ooi-3-rebound-unclipped",
             "Chung and Ooi 3: rebound from a wall, the restitution is the nominal one if dashpots may pull",
             Unclipped,
-            &[0.2, 0.4, 0.6, 0.8],
+            chung_ooi_3(&[0.2, 0.4, 0.6, 0.8]),
         ),
         squeezed(recurrence(
             "leapfrog-spring",
@@ -350,20 +350,39 @@ fn in_steps(steps: f64, ratio: f64, tension: Tension, mut of: HeadOn) -> HeadOn 
     of
 }
 
-fn bodies_with_dashpots(
+/// Rebounds with dashpots of these ζ.
+fn rebounds(
     id: &'static str,
     title: &'static str,
     tension: Tension,
-    ratios: &[f64],
+    runs: Vec<(f64, HeadOn)>,
 ) -> CaseGroup {
-    let mut group = CaseGroup::new(id, title);
-    for &ratio in ratios {
-        for plain in glass(|what| format!("{what}/zeta-{ratio}")) {
-            let plain = in_steps(500.0, ratio, tension, plain);
-            group = Rebound::of_dashpot(ratio, tension, &plain).add_to(group);
+    let group = CaseGroup::new(id, title);
+    runs.into_iter().fold(group, |group, (ratio, plain)| {
+        let plain = in_steps(500.0, ratio, tension, plain);
+        Rebound::of_dashpot(ratio, tension, &plain).add_to(group)
+    })
+}
+
+fn glass_at(ratios: &[f64]) -> Vec<(f64, HeadOn)> {
+    let runs = |ratio: &f64| glass(|what| format!("{what}/zeta-{ratio}")).map(|of| (*ratio, of));
+    ratios.iter().flat_map(runs).collect()
+}
+
+fn chung_ooi_3(restitutions: &[f64]) -> Vec<(f64, HeadOn)> {
+    let mut runs = Vec::new();
+    for (id, modulus, density) in [
+        ("aluminium-oxide", 3.8e11, 4000.0),
+        ("cast-iron", 1.0e11, 7000.0),
+    ] {
+        for restitution in restitutions {
+            let ball = Grain::sphere([0.0; 2], 2.5e-3, density);
+            let id = format!("{id}/e-{restitution}");
+            let plain = HeadOn::new(id, ball, None, modulus * 2.5e-3, 3.9);
+            runs.push((nominal_ratio(*restitution), plain));
         }
     }
-    group
+    runs
 }
 
 /// Collisions that are asked to have a restitution. Only the contact time needs the dashpot's constant:
@@ -433,29 +452,6 @@ fn elastic() -> CaseGroup {
             let [_, time] = of.outcome(track, end);
             figures.is("contact-time, s", time, duration, duration * eighth);
         });
-    }
-    group
-}
-
-fn rebounds(
-    id: &'static str,
-    title: &'static str,
-    tension: Tension,
-    restitutions: &[f64],
-) -> CaseGroup {
-    let mut group = CaseGroup::new(id, title);
-    for (id, modulus, density) in [
-        ("aluminium-oxide", 3.8e11, 4000.0),
-        ("cast-iron", 1.0e11, 7000.0),
-    ] {
-        for restitution in restitutions {
-            let ratio = nominal_ratio(*restitution);
-            let ball = Grain::sphere([0.0; 2], 2.5e-3, density);
-            let id = format!("{id}/e-{restitution}");
-            let plain = HeadOn::new(id, ball, None, modulus * 2.5e-3, 3.9);
-            let plain = in_steps(500.0, ratio, tension, plain);
-            group = Rebound::of_dashpot(ratio, tension, &plain).add_to(group);
-        }
     }
     group
 }

@@ -16,7 +16,7 @@ use crate::run::EngineError;
 use crate::suite::parameters::apart;
 use crate::suite::{Grain, case, model, springs, world};
 use grains::generate::initial_bodies;
-use grains::native::{self, NativeError};
+use grains::native;
 use grains::scene::{Cloud, Damping, Scene, paper_scene};
 use grains::tables::{Bodies, Contact, Snapshot, Stage};
 use grains::task::{Case, Observer, StageReport, Start, Task, Until};
@@ -65,15 +65,11 @@ impl Conformance {
         sections.extend(self.first_steps.iter().flat_map(first_steps::sections));
         Document {
             title: format!("Conformance of {}", engine.label()),
-            verdict: self.outcome(),
+            verdict: self.verdict().into(),
             answer: self.answer(),
             sections,
             checks: self.checks.clone(),
         }
-    }
-
-    pub fn outcome(&self) -> Outcome {
-        self.verdict().into()
     }
 
     /// A cause that the first steps name is what the failures of the small jobs come from: it is said alone.
@@ -240,13 +236,6 @@ impl Observer for Story {
     }
 }
 
-fn in_native(job: &Job) -> Result<Story, NativeError> {
-    let mut story = Story::default();
-    let sound = native::Options::default();
-    story.stages = native::run(&job.scene, &job.task, &sound, &mut story)?.stages;
-    Ok(story)
-}
-
 fn in_engine(options: &Options, job: &Job) -> Result<Story, ProgramError> {
     let mut story = Story::default();
     let work = work_folder()?;
@@ -267,7 +256,9 @@ fn has_all(missing: &[Part]) -> Result<(), Trouble> {
 
 fn against_native(engine: &Description, options: &Options, job: &Job) -> Result<String, Trouble> {
     has_all(&exec::missing_for_scene(engine, &job.scene, &job.task))?;
-    let native = in_native(job)?;
+    let mut native = Story::default();
+    let sound = native::Options::default();
+    native.stages = native::run(&job.scene, &job.task, &sound, &mut native)?.stages;
     let theirs = in_engine(options, job)?;
     let tolerance = job.slack * rounding(job.single);
     (job.judge)(job, &theirs, &native)

@@ -189,13 +189,6 @@ fn moving(case: &Case, at: &Snapshot) -> f64 {
     energy
 }
 
-/// The energy at each moment over that at the first.
-fn over_the_first(case: &Case, track: &Track) -> Vec<f64> {
-    let total = |at: &Snapshot| stored(case, at) + moving(case, at);
-    let first = track.first().map_or(f64::NAN, total);
-    track.iter().map(|at| total(at) / first).collect()
-}
-
 /// What leapfrog may lose and gain where contacts close and open between two steps, over the energy at
 /// the start.
 ///
@@ -244,7 +237,10 @@ fn watched(
     let case = suite::case(id, model, &crowd::grains(rows, rows, [0.0; 2]), moments);
     let of = case.clone();
     group.with(id, case, move |track, figures| {
-        let [found, expected] = figure(over_the_first(&of, track));
+        let total = |at: &Snapshot| stored(&of, at) + moving(&of, at);
+        let first = track.first().map_or(f64::NAN, total);
+        let ratios = track.iter().map(|at| total(at) / first);
+        let [found, expected] = figure(ratios.collect());
         figures.because(
             "the energy that each contact stores at its peak, times ¼(ω dt)² for closing and \
              opening between two steps, added up",
