@@ -58,13 +58,8 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
         SceneError::Problems(problems)
     };
     if let Some(place) = twice(text, "") {
-        let wanted = "each key once".to_owned();
-        return Err(located(vec![Problem {
-            place,
-            found: "a key that was there already".to_owned(),
-            wanted,
-            at: None,
-        }]));
+        let problem = Problem::of(place, "a key that was there already", "each key once");
+        return Err(located(vec![problem]));
     }
     let whole = |given: &Value| match given.is_object() {
         true => filled(given),
@@ -124,12 +119,7 @@ fn impossible(scene: &Scene) -> Vec<Problem> {
 fn grains(scene: &Scene, found: &mut Findings) {
     let particles = &scene.particles;
     found.positive("/particles/mean_diameter", particles.mean_diameter);
-    found.unless(
-        (0.0..1.0).contains(&particles.dispersion),
-        "/particles/dispersion",
-        &particles.dispersion,
-        "a number in [0, 1)",
-    );
+    found.below_one("/particles/dispersion", particles.dispersion);
     found.positive(WIDTH, scene.container.width);
     found.unless_by(
         "/particles/mean_diameter",
@@ -153,24 +143,14 @@ fn grains(scene: &Scene, found: &mut Findings) {
         &[from, to],
         "two places inside the box, the left one first",
     );
-    found.unless(
-        spin.is_finite() && spin >= 0.0,
-        "/cloud/spin",
-        &spin,
-        "a finite number, 0 or more",
-    );
+    found.not_negative("/cloud/spin", spin);
     found.unless(
         (0.0..=1.0).contains(&jitter),
         "/cloud/jitter",
         &jitter,
         "a number in [0, 1]",
     );
-    found.unless(
-        speed.is_finite() && speed >= 0.0,
-        "/cloud/speed",
-        &speed,
-        "a finite number, 0 or more",
-    );
+    found.not_negative("/cloud/speed", speed);
     let largest = particles.mean_diameter * (1.0 + particles.dispersion);
     let fits = ((to - from) / largest).floor();
     found.unless_by(
@@ -214,13 +194,7 @@ fn constants(at: &str, stage: &Scene, found: &mut Findings) {
             "a number in (0, 1]",
         ),
     }
-    let alpha = stage.damping.alpha();
-    found.unless(
-        (0.0..1.0).contains(&alpha),
-        &place("/damping/alpha"),
-        &alpha,
-        "a number in [0, 1)",
-    );
+    found.below_one(&place("/damping/alpha"), stage.damping.alpha());
 }
 
 /// The stages with constants of their own, and under what these stand.
@@ -245,12 +219,7 @@ fn reason(scene: &Scene, key: &str, found: &mut Findings) {
 }
 
 fn dynamics(scene: &Scene, found: &mut Findings) {
-    found.unless(
-        scene.gravity.is_finite() && scene.gravity >= 0.0,
-        "/gravity",
-        &scene.gravity,
-        "a finite number, 0 or more",
-    );
+    found.not_negative("/gravity", scene.gravity);
     match scene.time_step {
         TimeStep::Absolute { seconds } => found.positive("/time_step/seconds", seconds),
         TimeStep::Fraction { of_sqrt_m_over_k } => {
@@ -381,11 +350,6 @@ fn loading(scene: &Scene, found: &mut Findings) {
 
 fn measurement(scene: &Scene, found: &mut Findings) {
     let measurement = &scene.measurement;
-    found.positive(
-        "/measurement/control_volume_side",
-        measurement.control_volume_side,
-    );
-    found.positive("/measurement/local_radius", measurement.local_radius);
     for (place, length) in [
         (
             "/measurement/control_volume_side",
@@ -393,6 +357,7 @@ fn measurement(scene: &Scene, found: &mut Findings) {
         ),
         ("/measurement/local_radius", measurement.local_radius),
     ] {
+        found.positive(place, length);
         found.unless_by(
             WIDTH,
             length <= scene.container.width,

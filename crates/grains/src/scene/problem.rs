@@ -11,9 +11,6 @@ use serde_json::value::RawValue;
 /// Two words that are as alike as this are one with a slip of the pen; of 0 to 1.
 const NEAR: f64 = 0.85;
 
-/// Found where a key is not known.
-const UNKNOWN: &str = "an unknown key";
-
 /// Longest name of a scene or a control point, characters.
 const LONGEST_NAME: usize = 200;
 
@@ -33,10 +30,18 @@ pub struct Problem {
 impl Problem {
     /// A problem with the value at `place`; long values are cut.
     pub fn new(place: &str, found: &Value, wanted: String) -> Self {
+        Problem::of(place, cut(found.to_string()), wanted)
+    }
+
+    pub(super) fn of(
+        place: impl Into<String>,
+        found: impl Into<String>,
+        wanted: impl Into<String>,
+    ) -> Self {
         Problem {
-            place: place.to_owned(),
-            found: cut(found.to_string()),
-            wanted,
+            place: place.into(),
+            found: found.into(),
+            wanted: wanted.into(),
             at: None,
         }
     }
@@ -57,12 +62,8 @@ impl Findings {
     /// A problem at `place` unless something holds there.
     pub(super) fn unless(&mut self, holds: bool, place: &str, value: &dyn Debug, wanted: &str) {
         if !holds {
-            self.0.push(Problem {
-                place: place.to_owned(),
-                found: cut(format!("{value:?}")),
-                wanted: wanted.to_owned(),
-                at: None,
-            });
+            let found = cut(format!("{value:?}"));
+            self.0.push(Problem::of(place, found, wanted));
         }
     }
 
@@ -79,39 +80,40 @@ impl Findings {
         self.unless(holds || !is_sound, place, value, wanted);
     }
 
-    /// A problem unless the value is above 0.
     pub(super) fn positive(&mut self, place: &str, value: f64) {
-        self.unless(
-            value.is_finite() && value > 0.0,
-            place,
-            &value,
-            "a finite number above 0",
-        );
+        let holds = value.is_finite() && value > 0.0;
+        self.unless(holds, place, &value, "a finite number above 0");
+    }
+
+    pub(super) fn not_negative(&mut self, place: &str, value: f64) {
+        let holds = value.is_finite() && value >= 0.0;
+        self.unless(holds, place, &value, "a finite number, 0 or more");
+    }
+
+    pub(super) fn below_one(&mut self, place: &str, value: f64) {
+        let holds = (0.0..1.0).contains(&value);
+        self.unless(holds, place, &value, "a number in [0, 1)");
     }
 
     /// A problem unless the name can stand in a line, in tables and in pages.
     pub(super) fn name(&mut self, place: &str, name: &str) {
-        self.unless(
-            name.chars().count() <= LONGEST_NAME && !name.chars().any(char::is_control),
-            place,
-            &name,
-            &format!(
-                "at most {LONGEST_NAME} characters without line breaks or other control characters"
-            ),
+        let holds = name.chars().count() <= LONGEST_NAME && !name.chars().any(char::is_control);
+        let wanted = format!(
+            "at most {LONGEST_NAME} characters without line breaks or other control characters"
         );
+        self.unless(holds, place, &name, &wanted);
     }
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let place = if self.place.is_empty() {
-            "/"
-        } else {
-            &self.place
-        };
         if let Some((line, column)) = self.at {
             write!(out, "line {line}, column {column}: ")?;
         }
+        let place = match self.place.as_str() {
+            "" => "/",
+            place => place,
+        };
         write!(out, "{place}: found {}, wanted {}", self.found, self.wanted)
     }
 }
@@ -143,23 +145,15 @@ fn walk(root: &Value, schema: &Value, value: &Value, place: &str, problems: &mut
     }
     if let Some(names) = schema.get("enum").and_then(Value::as_array) {
         if !names.contains(value) {
-            problems.push(Problem::new(
-                place,
-                value,
-                format!("one of {}", list(names.iter())),
-            ));
+            let wanted = format!("one of {}", list(names.iter()));
+            problems.push(Problem::new(place, value, wanted));
         }
         return;
     }
     if let Some(kind) = schema.get("type").and_then(Value::as_str)
         && !has_type(kind, value)
     {
-        let known = schema.get("properties").and_then(Value::as_object);
-        let keys: Vec<&str> = known
-            .into_iter()
-            .flatten()
-            .map(|(of, _)| of.as_str())
-            .collect();
+        let keys: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
         let wanted = match keys[..] {
             [] => article(kind),
             _ => format!("{} of {}", article(kind), keys.join(", ")),
@@ -185,43 +179,27 @@ fn object_fits(
     place: &str,
     problems: &mut Vec<Problem>,
 ) {
-    let known = schema.get("properties").and_then(Value::as_object);
-    for key in required(schema) {
-        if !object.contains_key(key) {
-            problems.push(Problem {
-                place: format!("{place}/{key}"),
-                found: "nothing".to_owned(),
-                wanted: "this key; it has no default".to_owned(),
-                at: None,
-            });
-        }
+    for key in required(schema).filter(|key| !object.contains_key(*key)) {
+        let wanted = "this key; it has no default";
+        problems.push(Problem::of(format!("{place}/{key}"), "nothing", wanted));
     }
     let others = schema.get("additionalProperties");
     for (key, value) in object {
         let here = format!("{place}/{}", escaped(key));
-        match (known.and_then(|known| known.get(key)), others) {
-            (Some(of_key), _) => walk(root, of_key, value, &here, problems),
-            (None, Some(of_other @ Value::Object(_))) => {
-                walk(root, of_other, value, &here, problems);
+        let own = properties(schema).find(|of| of.0 == key).map(|of| of.1);
+        match (own, others) {
+            (Some(of_key), _) | (None, Some(of_key @ Value::Object(_))) => {
+                walk(root, of_key, value, &here, problems);
             }
             (None, Some(Value::Bool(false))) => {
-                let names: Vec<&str> = known
-                    .into_iter()
-                    .flatten()
-                    .map(|(of, _)| of.as_str())
-                    .collect();
+                let names: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
                 let near = |name: &&&str| strsim::jaro_winkler(name, key);
                 let nearest = names.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
                 let wanted = match nearest {
                     Some(name) if near(&name) > NEAR => (*name).to_string(),
                     _ => format!("one of {}", names.join(", ")),
                 };
-                problems.push(Problem {
-                    place: here,
-                    found: UNKNOWN.to_owned(),
-                    wanted,
-                    at: None,
-                });
+                problems.push(Problem::of(here, "an unknown key", wanted));
             }
             (None, _) => {}
         }
@@ -248,17 +226,16 @@ fn one_of(
         problems.push(Problem::new(place, value, wanted));
         return;
     };
-    let chosen = variants
-        .iter()
-        .find(|variant| kind_of(variant).as_ref() == object.get("kind"));
-    match chosen {
-        Some(variant) => walk_variant(root, variant, object, place, problems),
-        None => problems.push(Problem::new(
-            &format!("{place}/kind"),
-            object.get("kind").unwrap_or(&Value::Null),
-            format!("one of {}", list(kinds.iter())),
-        )),
-    }
+    let given = object.get("kind");
+    let chosen = variants.iter().find(|of| kind_of(of).as_ref() == given);
+    let Some(variant) = chosen else {
+        let wanted = format!("one of {}", list(kinds.iter()));
+        let (place, found) = (format!("{place}/kind"), given.unwrap_or(&Value::Null));
+        return problems.push(Problem::new(&place, found, wanted));
+    };
+    let mut without_kind = variant.clone();
+    without_kind["properties"]["kind"] = Value::Bool(true);
+    object_fits(root, &without_kind, object, place, problems);
 }
 
 /// A plain name, or an object with a name as its only key.
@@ -269,11 +246,7 @@ fn named(
     place: &str,
     problems: &mut Vec<Problem>,
 ) {
-    let plain = |variant: &Value| variant.get("const").cloned();
-    if variants
-        .iter()
-        .any(|variant| plain(variant).as_ref() == Some(value))
-    {
+    if variants.iter().any(|of| of.get("const") == Some(value)) {
         return;
     }
     let has_name = |variant: &&Value| {
@@ -284,30 +257,13 @@ fn named(
         object_fits(root, variant, object, place, problems);
         return;
     }
-    let with_numbers = |variant: &Value| Some(format!("{{\"{}\": …}}", required(variant).next()?));
-    let names: Vec<String> = variants
-        .iter()
-        .filter_map(|variant| match plain(variant) {
-            Some(name) => Some(name.to_string()),
-            None => with_numbers(variant),
-        })
-        .collect();
+    let name_of = |variant: &Value| match variant.get("const") {
+        Some(name) => Some(name.to_string()),
+        None => Some(format!("{{\"{}\": …}}", required(variant).next()?)),
+    };
+    let names: Vec<String> = variants.iter().filter_map(name_of).collect();
     let wanted = format!("one of {}", names.join(", "));
     problems.push(Problem::new(place, value, wanted));
-}
-
-fn walk_variant(
-    root: &Value,
-    variant: &Value,
-    object: &serde_json::Map<String, Value>,
-    place: &str,
-    problems: &mut Vec<Problem>,
-) {
-    let mut without_kind = variant.clone();
-    if let Some(kind) = without_kind.pointer_mut("/properties/kind") {
-        *kind = Value::Bool(true);
-    }
-    object_fits(root, &without_kind, object, place, problems);
 }
 
 fn resolve<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
@@ -317,6 +273,12 @@ fn resolve<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
             .unwrap_or(schema),
         None => schema,
     }
+}
+
+/// The keys that a schema knows, each with its own schema.
+fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    let known = schema.get("properties").and_then(Value::as_object);
+    known.into_iter().flatten()
 }
 
 fn required(schema: &Value) -> impl Iterator<Item = &str> {
