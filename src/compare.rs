@@ -179,8 +179,8 @@ impl Comparison {
         if let Some(first) = &self.first_difference {
             said += &format!("; first difference: {first}");
         }
-        let not_made = self.checks.iter();
-        for check in not_made.filter(|of| of.required && of.outcome == Outcome::Skipped) {
+        let skipped = self.checks.iter();
+        for check in skipped.filter(|of| of.required && of.outcome == Outcome::Skipped) {
             said += &format!("; not looked at: {}: {}", check.quantity, check.found);
         }
         for (run, of) in &self.first_steps {

@@ -7,7 +7,9 @@ use crossgrain::checks::Outcome;
 use crossgrain::child::on_path;
 use crossgrain::engine::{ProgramError, read::TimedSteps, yade};
 use crossgrain::limits::bench::bed::{self, Bed};
-use crossgrain::limits::bench::contender::{self, Contender, Sanity, Tolerance, between_grains};
+use crossgrain::limits::bench::contender::{
+    self, Contender, StateCheck, Tolerance, between_grains,
+};
 use crossgrain::limits::bench::machine::{Machine, Throughput, Work};
 use crossgrain::limits::bench::scaling::Point;
 use crossgrain::limits::bench::{BedRecord, Bench, Distance, Missed, Plan, Setup, timing};
@@ -110,7 +112,7 @@ fn a_lost_grain_contact_or_number_is_not_sane() {
     let exact = timing::after(&bed, 10).expect("a sound run");
     let contacts = between_grains(&exact);
     let judge = |bodies: &Bodies, contacts: usize| {
-        Sanity::of(bodies, contacts, &exact, 0.005, Tolerance::OTHER_LAW).holds
+        StateCheck::of(bodies, contacts, &exact, 0.005, Tolerance::OTHER_LAW).holds
     };
     assert!(judge(&exact.bodies, contacts));
     assert!(!judge(&exact.bodies, contacts / 2));
@@ -128,7 +130,7 @@ fn a_lost_grain_contact_or_number_is_not_sane() {
     // What rounding does not explain.
     let mut moved = exact.bodies.clone();
     moved.x[7] += 1.0e-7;
-    assert!(!Sanity::of(&moved, contacts, &exact, 0.005, Tolerance::ROUNDING).holds);
+    assert!(!StateCheck::of(&moved, contacts, &exact, 0.005, Tolerance::ROUNDING).holds);
 }
 
 #[test]
@@ -252,8 +254,11 @@ fn programs_time_their_own_steps_through_their_adapters() {
         assert!(!version.is_empty() && timed.window.wall_seconds > 0.0);
         let contacts = between_grains(&timed.last);
         let tolerance = Tolerance::OTHER_LAW;
-        let sanity = Sanity::of(&timed.last.bodies, contacts, &exact, 0.005, tolerance);
-        assert!(sanity.holds && sanity.displacement > 0.0, "{sanity:?}");
+        let state_check = StateCheck::of(&timed.last.bodies, contacts, &exact, 0.005, tolerance);
+        assert!(
+            state_check.holds && state_check.displacement > 0.0,
+            "{state_check:?}"
+        );
         // Grains turn the same way.
         let spins = timed.last.bodies.spin.iter().zip(&exact.bodies.spin);
         let products: Vec<f64> = spins.map(|(spin, exact)| spin * exact).collect();

@@ -33,7 +33,7 @@ fn nonsense(what: impl ToString) -> Error {
     ProgramError::Nonsense(what.to_string()).into()
 }
 
-/// A part that was not made, or went wrong.
+/// A part that was skipped, or went wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Missed {
     /// In the id of its check, unique.

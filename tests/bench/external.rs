@@ -3,7 +3,7 @@
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::error::Error;
 use crossgrain::limits::bench::bed::{self, Bed};
-use crossgrain::limits::bench::contender::{Contender, Sanity, Tolerance};
+use crossgrain::limits::bench::contender::{Contender, StateCheck, Tolerance};
 use crossgrain::limits::bench::{Missed, Plan, Setup, timing};
 use crossgrain::study::realization::Engines;
 use grains::native::timing::Window;
@@ -18,7 +18,7 @@ const PLAN: Plan = Plan {
 };
 
 /// A turn of the engine on this bed.
-fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Window, Sanity, String), Error> {
+fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Window, StateCheck, String), Error> {
     let engines = Engines {
         external: Some(external.clone()),
         ..Engines::default()
@@ -35,8 +35,12 @@ fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Window, Sanity, String)
     let (timed, version) = Contender::External.run(&setup)?;
     assert_eq!(version, external.description.version);
     let native = timing::after(bed, PLAN.compared_after())?;
-    let sanity = Contender::External.check(&timed.last, &setup, &native);
-    Ok((timed.window, sanity, setup.name_of(Contender::External)))
+    let state_check = Contender::External.check(&timed.last, &setup, &native);
+    Ok((
+        timed.window,
+        state_check,
+        setup.name_of(Contender::External),
+    ))
 }
 
 fn small_bed(grains: u32) -> Bed {
@@ -53,14 +57,17 @@ fn toy(from: &str, to: &str) -> (Place, ExternalEngine) {
 #[test]
 fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
     let external = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
-    let (window, sanity, name) = turn(&small_bed(60), &external).expect("a turn");
+    let (window, state_check, name) = turn(&small_bed(60), &external).expect("a turn");
     // As long as it takes until the two differ by a second.
     assert!(window.steps.is_multiple_of(PLAN.compared_after()));
     let seconds = window.cpu_seconds;
     assert!(seconds.is_some_and(|of| of >= 1.0), "{window:?}");
-    assert!(sanity.holds && sanity.steps == 30, "{sanity:?}");
+    assert!(
+        state_check.holds && state_check.steps == 30,
+        "{state_check:?}"
+    );
     // The toy has the native engine's bits.
-    assert_eq!(sanity.displacement, 0.0);
+    assert_eq!(state_check.displacement, 0.0);
     assert_eq!(name, "exec:toy");
     assert_eq!(external.description.version, "1");
 }
@@ -68,16 +75,16 @@ fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
 #[test]
 fn a_bed_that_is_no_longer_the_bed_is_seen() {
     let (_folder, external) = toy("2.0 * a * a / (a + a)", "0.5 * a");
-    let (_, sanity, _) = turn(&small_bed(60), &external).expect("a turn");
-    assert!(!sanity.holds, "{sanity:?}");
+    let (_, state_check, _) = turn(&small_bed(60), &external).expect("a turn");
+    assert!(!state_check.holds, "{state_check:?}");
 }
 
 #[test]
 fn what_it_says_of_itself_widens_what_is_allowed() {
     let says = "\"version\": \"1\", \"approximations\": [\"springs\"]";
     let (_folder, external) = toy("\"version\": \"1\"", says);
-    let (_, sanity, _) = turn(&small_bed(60), &external).expect("a turn");
-    assert_eq!(sanity.tolerance, Tolerance::OTHER_LAW);
+    let (_, state_check, _) = turn(&small_bed(60), &external).expect("a turn");
+    assert_eq!(state_check.tolerance, Tolerance::OTHER_LAW);
 }
 
 #[test]
@@ -105,7 +112,7 @@ fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn lammps_takes_the_bed() {
     let external = ExternalEngine::ask(Options::new(adapter_path("lammps.py"))).expect("LAMMPS");
-    let (window, sanity, name) = turn(&small_bed(500), &external).expect("a turn");
-    assert!(sanity.holds, "{sanity:?}");
+    let (window, state_check, name) = turn(&small_bed(500), &external).expect("a turn");
+    assert!(state_check.holds, "{state_check:?}");
     assert!(window.steps >= 30 && name == "exec:LAMMPS");
 }

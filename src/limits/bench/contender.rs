@@ -205,7 +205,7 @@ impl Contender {
     }
 
     /// Holds its bed against the native one after the same steps.
-    pub fn check(self, last: &Snapshot, setup: &Setup<'_>, native: &Snapshot) -> Sanity {
+    pub fn check(self, last: &Snapshot, setup: &Setup<'_>, native: &Snapshot) -> StateCheck {
         let tolerance = match self.program() {
             _ if !setup.approximations_of(self).is_empty() => Tolerance::OTHER_LAW,
             Program::Native | Program::Yade { .. } => Tolerance::ROUNDING,
@@ -214,7 +214,7 @@ impl Contender {
         };
         let mean_radius = 0.5 * setup.bed.scene.particles.mean_diameter;
         let contacts = between_grains(last);
-        Sanity::of(&last.bodies, contacts, native, mean_radius, tolerance)
+        StateCheck::of(&last.bodies, contacts, native, mean_radius, tolerance)
     }
 }
 
@@ -323,7 +323,7 @@ impl Tolerance {
 
 /// An engine's bed against the native one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Sanity {
+pub struct StateCheck {
     /// Steps after which both were looked at.
     pub steps: u64,
     /// Largest distance between a grain here and there, over the mean radius.
@@ -336,7 +336,7 @@ pub struct Sanity {
     pub holds: bool,
 }
 
-impl Sanity {
+impl StateCheck {
     /// Holds a bed, with its number of contacts between grains, against the native one.
     pub fn of(
         bodies: &Bodies,
@@ -355,7 +355,7 @@ impl Sanity {
         let (energy, energy_in_native) = (bodies.kinetic_energy(), there.kinetic_energy());
         let lost = (contacts as f64 / contacts_in_native as f64 - 1.0).abs();
         let ratio = (energy / energy_in_native).max(energy_in_native / energy);
-        Sanity {
+        StateCheck {
             steps: native.step,
             displacement,
             contacts,
@@ -410,7 +410,7 @@ pub struct Contest {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub approximations: Vec<String>,
     /// Whether its bed is still the bed.
-    pub sanity: Sanity,
+    pub state_check: StateCheck,
 }
 
 /// What an engine has shown so far.
@@ -508,7 +508,7 @@ pub fn rounds(
             over_native: native.and_then(|native| Spread::ratio(&seconds_per_step, native)),
             peak_memory: last.peak_memory,
             approximations: setup.approximations_of(contender),
-            sanity: contender.check(&last.last, setup, &beds[way]),
+            state_check: contender.check(&last.last, setup, &beds[way]),
             shares: last.shares,
             seconds_per_step,
         })

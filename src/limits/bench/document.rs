@@ -206,10 +206,10 @@ impl Bench {
             .column("times native", |of| {
                 of.over_native.as_ref().map(|over| over.median)
             })
-            .column("contacts", |of| of.sanity.contacts)
-            .column("moved, R", |of| of.sanity.displacement)
-            .column("kinetic energy, mJ", |of| 1e3 * of.sanity.energy)
-            .column("bed", |of| Outcome::pass_if(of.sanity.holds));
+            .column("contacts", |of| of.state_check.contacts)
+            .column("moved, R", |of| of.state_check.displacement)
+            .column("kinetic energy, mJ", |of| 1e3 * of.state_check.energy)
+            .column("bed", |of| Outcome::pass_if(of.state_check.holds));
         let answer = "Every engine takes a turn in every round, on one thread, from the same bed; every second round goes backwards. \
                       Times are processor time of steps alone, without start, reading and tables.";
         let grains = self.bed.grains;
@@ -425,29 +425,29 @@ impl Bench {
 
 /// The three ways in which an engine's bed must still be the bed.
 fn of_bed(contest: &Contest) -> [Check; 3] {
-    let sanity = &contest.sanity;
-    let (tolerance, native) = (sanity.tolerance, sanity.energy_in_native);
-    let contacts = sanity.contacts_in_native as f64;
+    let state_check = &contest.state_check;
+    let (tolerance, native) = (state_check.tolerance, state_check.energy_in_native);
+    let contacts = state_check.contacts_in_native as f64;
     let share = tolerance.contacts;
     let ways = [
         (
             "displacement",
             "largest displacement over the mean radius",
-            sanity.displacement,
+            state_check.displacement,
             [0.0, 0.0, tolerance.displacement],
             "1",
         ),
         (
             "contacts",
             "contacts between grains",
-            sanity.contacts as f64,
+            state_check.contacts as f64,
             [contacts, contacts * (1.0 - share), contacts * (1.0 + share)],
             "1",
         ),
         (
             "kinetic-energy",
             "kinetic energy",
-            sanity.energy,
+            state_check.energy,
             [native, native / tolerance.energy, native * tolerance.energy],
             "J",
         ),

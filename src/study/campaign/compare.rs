@@ -56,7 +56,7 @@ pub struct Compared {
     /// Share of packings that have it, second minus first, with Newcombe's 90 % interval; none where all have it.
     pub share: Option<Interval>,
     /// Second minus first; none for fewer than two packings on a side, or where nothing varies.
-    pub unpaired: Option<Welch>,
+    pub welch: Option<Welch>,
     /// The largest difference that is no matter; none where the quantity judges nothing.
     pub margin: Option<f64>,
     /// What is judged: Different where `difference_p` < 0.05 or the shares are beyond their margin; Equivalent where
@@ -212,11 +212,11 @@ fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
     let charted = &QUANTITIES[index];
     let (a, b) = (first.values(index), second.values(index));
     let moments = [&a, &b].map(|of| [mean(of), standard_deviation(of)]);
-    let unpaired = t_test::welch(&a, &b);
+    let welch = t_test::welch(&a, &b);
     // Where the first has none, any margin will do: nothing is shown.
     let scale = if a.is_empty() { 0.0 } else { moments[0][0] };
     let margin = charted.margin.map(|margin| margin.absolute(scale));
-    let judged = unpaired.zip(margin);
+    let judged = welch.zip(margin);
     let packings = [a.len(), b.len()];
     let all = [first.count(), second.count()];
     let level = 1.0 - 2.0 * LEVEL;
@@ -235,7 +235,7 @@ fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
         power: None,
         distribution: None,
         distribution_p: None,
-        unpaired,
+        welch,
     }
 }
 
@@ -293,7 +293,7 @@ impl Judgement {
     /// With what is shown and judges nothing: powers and distributions.
     pub fn complete(mut self, first: &Packings, second: &Packings) -> Self {
         for (index, of) in self.quantities.iter_mut().enumerate() {
-            if of.unpaired.is_none() {
+            if of.welch.is_none() {
                 continue;
             }
             let sides = [first, second].map(|side| side.values(index));
@@ -322,9 +322,9 @@ impl Judgement {
                 n: of.packings[0].min(of.packings[1]) as u64,
                 ..Check::of_words(id, of.title, outcome, found)
             };
-            if let Some(unpaired) = &of.unpaired {
-                check = check.with_limits(unpaired.difference.estimate, 0.0, of.margin);
-                check.interval = Some([unpaired.difference.low, unpaired.difference.high]);
+            if let Some(welch) = &of.welch {
+                check = check.with_limits(welch.difference.estimate, 0.0, of.margin);
+                check.interval = Some([welch.difference.low, welch.difference.high]);
             }
             Some(check.judged_by(
                 "difference of means, second minus first: two one-sided tests at 5 %, Welch",
@@ -352,7 +352,7 @@ impl Judgement {
             .column("packings of the first", |of| of.packings[0])
             .column("packings of the second", |of| of.packings[1])
             .column("second − first (95 %)", |of| {
-                of.unpaired.map(|of| of.difference)
+                of.welch.map(|of| of.difference)
             })
             .column("margin", |of| of.margin)
             .column("packings that have it, second − first (90 %)", |of| {
