@@ -32,6 +32,15 @@ impl Outcome {
         if holds { Outcome::Pass } else { Outcome::Fail }
     }
 
+    /// Of what shows nothing where it does not hold.
+    pub fn pass_or_skip(holds: bool) -> Self {
+        if holds {
+            Outcome::Pass
+        } else {
+            Outcome::Skipped
+        }
+    }
+
     /// For people.
     pub fn word(self) -> &'static str {
         match self {
@@ -75,11 +84,7 @@ pub fn verdict<'a>(checks: impl IntoIterator<Item = &'a Check>) -> Outcome {
             Outcome::ExpectedFailure => {}
         }
     }
-    if passed && !incomplete {
-        Outcome::Pass
-    } else {
-        Outcome::Skipped
-    }
+    Outcome::pass_or_skip(passed && !incomplete)
 }
 
 /// One check.

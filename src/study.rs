@@ -260,10 +260,7 @@ pub fn report<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
         measured,
         mut document,
     } = S::judge(folder)?;
-    let outcome = match status.finished == status.rows {
-        true => Outcome::Pass,
-        false => Outcome::Skipped,
-    };
+    let outcome = Outcome::pass_or_skip(status.finished == status.rows);
     let found = format!("{} of {} rows", status.finished, status.rows);
     let id = format!("{}/rows", S::KIND);
     let check = Check::of_words(id, "no row is missing", outcome, &found);

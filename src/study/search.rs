@@ -242,10 +242,7 @@ impl Search {
     /// That the emulator is as good as it says.
     fn check(&self, figure: &Figure) -> Check {
         // Where it is not, nothing is decided.
-        let outcome = match figure.is_sound() {
-            true => Outcome::Pass,
-            false => Outcome::Skipped,
-        };
+        let outcome = Outcome::pass_or_skip(figure.is_sound());
         let found = format!("{:.2} times", figure.inflation);
         Check::of_words(
             format!("search/emulator/{}", figure.id),

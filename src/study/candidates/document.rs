@@ -491,10 +491,7 @@ impl Found {
     /// That every figure is decided: which way is a finding.
     fn check(&self) -> Check {
         let open = self.open();
-        let outcome = match open {
-            0 => Outcome::Pass,
-            _ => Outcome::Skipped,
-        };
+        let outcome = Outcome::pass_or_skip(open == 0);
         let found = format!("{open} of {} are undecided", self.figures.len());
         let quantity = format!("every published figure decided: {}", self.setting.name);
         Check {

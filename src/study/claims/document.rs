@@ -141,10 +141,7 @@ impl Claim {
 
     /// Whether there is a verdict: which one is a finding, not a failure.
     fn check(&self) -> Check {
-        let outcome = match self.verdict {
-            Some(_) => Outcome::Pass,
-            None => Outcome::Skipped,
-        };
+        let outcome = Outcome::pass_or_skip(self.verdict.is_some());
         let found = format!("{}. {}", self.word(), self.reading);
         let quantity = format!("decided, either way: {}", self.statement);
         let packings = self.rows.iter().map(|row| row.packings as u64);
