@@ -110,6 +110,8 @@ fn the_command_line_says_what_was_skipped() {
 fn parameters_are_those_of_the_scene() {
     let mut scene = small_scene();
     scene.material.friction_angle = 0.4;
+    scene.material.wall_friction_angle = Some(0.2);
+    scene.material.punch_friction_angle = Some(0.1);
     scene.material.stiffness_ratio = 0.3;
     let folder = &folder_with(&scene);
     let found = prints(
@@ -131,7 +133,9 @@ fn parameters_are_those_of_the_scene() {
     };
     assert!(near(&of("k_n"), stiffness), "{:?}", of("k_n"));
     assert!(near(&of("k_s"), 0.3 * stiffness), "{:?}", of("k_s"));
-    assert!(near(&of("tan_phi"), 0.4f64.tan()));
+    for angle in [0.4f64, 0.2, 0.1] {
+        assert!(near(&of("tan_phi"), angle.tan()), "{:?}", of("tan_phi"));
+    }
     assert!(near(&of("I"), 0.5 * scene.grain_mass(mean) * mean * mean));
     assert_eq!(of("dt"), [scene.time_step_seconds()]);
     assert_eq!(of("alpha"), [0.2]);

@@ -150,6 +150,12 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
         }
     };
     let has_friction = constants.law.has_friction();
+    let [of_grains, of_walls, of_punch] = constants.law.friction_angles().map(f64::tan);
+    let tan_phi = |id1: u32| match id1 {
+        id if constants.ids.is_grain(id) => of_grains,
+        id if id == constants.ids.punch() => of_punch,
+        _ => of_walls,
+    };
     Ok(Effective {
         contacts: contacts
             .iter()
@@ -160,7 +166,7 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
                     id2: contact.id2,
                     k_n: of.k_n,
                     k_s: has_friction.then_some(of.k_s),
-                    tan_phi: constants.law.friction_angle.tan(),
+                    tan_phi: tan_phi(contact.id1),
                     c_n: of.c_n,
                 }
             })
