@@ -286,6 +286,7 @@ fn cases(engine: &Description, options: &Options, single: bool) -> Result<String
         .iter()
         .flat_map(|case| exec::missing_for_case(engine, case));
     let mut missing: Vec<Part> = missing.collect();
+    missing.sort_unstable();
     missing.dedup();
     has_all(&missing)?;
     let work = work_folder().map_err(ProgramError::File)?;
