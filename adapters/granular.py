@@ -405,14 +405,15 @@ def steps_by_its_clock(job, name, script):
 
 
 def loop_time(log, steps):
-    """Seconds of the last run of so many steps, and the processor's share of them where the program tells."""
+    """Seconds of the last run of so many steps, and the processor's share of them where the program tells; the kernel's clock of
+    processor time may not tick in a short run, which the program calls 0 %."""
     found = re.findall(r"Loop time of (\S+) on .* for (\d+) steps.*((?:\n(?!Loop time).*)*)", log)
     times = [(float(seconds), rest) for seconds, count, rest in found if int(count) == steps]
     if not times:
         raise RuntimeError("its log has no loop time of %d steps" % steps)
     seconds, rest = times[-1]
     share = re.search(r"([\d.]+)% CPU use", rest)
-    return seconds, float(share[1]) / 100.0 if share else None
+    return seconds, share and float(share[1]) / 100.0 or None
 
 
 def serve_program(title, name, package, script, written, timing):

@@ -79,8 +79,7 @@ fn an_interrupted_run_is_kept_and_goes_on() {
         }
         let child = command.spawn().expect("the program starts");
         sleep(Duration::from_millis(100 + 60 * part));
-        let kill = Command::new("kill").arg(child.id().to_string()).status();
-        assert!(kill.is_ok());
+        send(&child, "TERM");
         let (code, _, errors) = told(&child.wait_with_output().expect("it ends"));
         if code == 0 {
             assert_same_tables(folder, "whole", &out);
