@@ -65,12 +65,13 @@ const CHANGE: f64 = 1.0e-6;
 /// From the constants found the fit is made again, so often at most; the responses themselves the first few times.
 const ROUNDS: usize = 12;
 const ROUNDS_WITH_RESPONSES: usize = 3;
-/// Weights are made anew so often in each round, at most, or until what is found changes by less than this share: the next
-/// round goes on.
+/// Weights are made anew so often in each round, at most, or until what is found changes by less than this share.
 const REWEIGHTED: usize = 12;
 const SETTLED: f64 = 1.0e-6;
 /// A direction that changes the data by less than this share of the largest cannot be told.
 const TOLD: f64 = 1.0e-9;
+
+const KINDS_OF_A_CASE: usize = 80;
 
 /// What of a run is fitted: a number for each grain and component, in m/s, and which kind it is of.
 struct Data {
@@ -78,8 +79,8 @@ struct Data {
     theirs: Vec<f64>,
     /// Kind of each number: the same quantity of grains in the same situation.
     kinds: Vec<usize>,
-    /// Numbers closer than this are the same, by kind.
-    floors: Vec<f64>,
+    /// Numbers closer than this are the same.
+    noise: f64,
     contacts: Vec<Vec<Vec<(u32, u32)>>>,
 }
 
@@ -128,26 +129,22 @@ impl Data {
             last,
             theirs: Vec::new(),
             kinds: Vec::new(),
-            floors: Vec::new(),
+            noise,
             contacts: Vec::new(),
         };
-        for (case, theirs) in observed {
+        for (index, (case, theirs)) in observed.iter().enumerate() {
             let case = until(case, last);
             let own = variant::run(&case, &Variant::default());
             let ids = |of: &Snapshot| of.contacts.iter().map(|of| (of.id1, of.id2)).collect();
             let contacts: Vec<Vec<(u32, u32)>> = own.iter().map(ids).collect();
             let theirs = &theirs[..own.len().min(theirs.len())];
             data.theirs.extend(numbers(&case, theirs, &contacts));
-            let first = data.floors.len();
             let situations = situations(&case, &own);
-            let wall = case.bodies.len() as u32;
-            let punch = wall + case.model.walls.len() as u32;
-            let kind_of_pair = |one: u32| usize::from(one >= wall) + usize::from(one >= punch);
-            // Ten of a kind: two forces of three kinds of pairs, five numbers of four situations, in each of two moments.
+            // Two forces of three kinds of pairs, five numbers of four situations, in each of two moments.
             for (moment, ids) in own.iter().zip(&contacts) {
-                let base = first + 40 * usize::from(moment.step > 0);
+                let base = KINDS_OF_A_CASE * index + 40 * usize::from(moment.step > 0);
                 for (one, _) in ids {
-                    let kind = base + 2 * kind_of_pair(*one);
+                    let kind = base + 2 * kind_of_pair(&case, *one);
                     data.kinds.extend([kind, kind + 1]);
                 }
                 if moment.step > 0 {
@@ -159,7 +156,6 @@ impl Data {
                     }
                 }
             }
-            data.floors.resize(first + 80, noise);
             data.contacts.push(contacts);
         }
         data
@@ -168,8 +164,8 @@ impl Data {
     /// How badly a variant fits, the less the better: Σ ln(1 + (r/s)²), s being what cannot be told.
     fn misfit(&self, observed: &[Observed<'_>], variant: &Variant) -> f64 {
         let own = self.of(observed, variant);
-        let numbers = self.theirs.iter().zip(&own).zip(&self.kinds);
-        let of = numbers.map(|((their, own), kind)| ((their - own) / self.floors[*kind]).abs());
+        let numbers = self.theirs.iter().zip(&own);
+        let of = numbers.map(|(their, own)| ((their - own) / self.noise).abs());
         // A contact that one of the two does not have counts as much as the worst number.
         let of = of.map(|of| if of.is_finite() { of } else { 1.0e12 });
         of.map(|of| (1.0 + of * of).ln()).sum()
@@ -189,13 +185,18 @@ impl Data {
 pub(crate) const FLYING: usize = 0;
 pub(crate) const KINDS: usize = 4;
 
-/// Whether each grain flies, touches grains only, a wall, or the punch.
-pub(crate) fn situations(case: &Case, own: &[Snapshot]) -> Vec<usize> {
-    let mut all = vec![0; case.bodies.len()];
+/// Whether the first of a pair is a grain, a wall, or the punch.
+fn kind_of_pair(case: &Case, first: u32) -> usize {
     let wall = case.bodies.len() as u32;
     let punch = wall + case.model.walls.len() as u32;
+    usize::from(first >= wall) + usize::from(first >= punch)
+}
+
+/// Whether each grain flies, touches grains only, a wall, or the punch.
+pub(crate) fn situations(case: &Case, own: &[Snapshot]) -> Vec<usize> {
+    let mut all = vec![FLYING; case.bodies.len()];
     for contact in own.iter().flat_map(|of| &of.contacts) {
-        let kind = 1 + usize::from(contact.id1 >= wall) + usize::from(contact.id1 >= punch);
+        let kind = 1 + kind_of_pair(case, contact.id1);
         for id in [contact.id1, contact.id2] {
             if let Some(of) = all.get_mut(id as usize) {
                 *of = kind.max(*of);
@@ -215,9 +216,7 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// All of one contact law.
-    ///
-    /// What a fit is worth is judged by the steps to `until`.
+    /// All of one contact law; what a fit is worth is judged by the steps to `until`.
     pub fn new(observed: &'a [Observed<'a>], resolution: Resolution, until: u64) -> Self {
         let of = observed.first().map(|(case, _)| {
             let model = &case.model;
@@ -255,8 +254,7 @@ impl<'a> Search<'a> {
                 self.respond(&mut fit);
             }
             if round == 0 {
-                let free: Vec<Constant> = fit.fitted.iter().map(|of| of.constant).collect();
-                for at in untold(&fit.responses, &free) {
+                for at in untold(&fit.responses, &fit.fitted) {
                     fit.tied.push(fit.fitted.remove(at).constant);
                     fit.responses = fit.responses.remove_column(at);
                 }
@@ -392,7 +390,7 @@ fn least(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Option<usize> {
 
 /// Which columns to leave out so that the others can be told, highest index first: of constants that cannot be told apart
 /// the one that is named later in this list stays.
-fn untold(responses: &DMatrix<f64>, free: &[Constant]) -> Vec<usize> {
+fn untold(responses: &DMatrix<f64>, free: &[Fitted]) -> Vec<usize> {
     const GIVEN_UP_FIRST: [Constant; 17] = [
         Constant::WallPlace(0),
         Constant::WallPlace(1),
@@ -438,7 +436,7 @@ fn untold(responses: &DMatrix<f64>, free: &[Constant]) -> Vec<usize> {
         // Only a constant that takes part in the direction makes the others known.
         let in_it = |at: usize| direction[at].abs() > 0.1;
         let mut given_up = GIVEN_UP_FIRST.iter().filter_map(|constant| {
-            (0..of.len()).find(|at| free[of[*at]] == *constant && in_it(*at))
+            (0..of.len()).find(|at| free[of[*at]].constant == *constant && in_it(*at))
         });
         match given_up.next() {
             Some(at) => kept.remove(&of[at]),
@@ -482,13 +480,12 @@ fn weighted(
             differences[*row] - by
         });
         let left: Vec<f64> = left.collect();
-        let mut by_kind: Vec<Vec<f64>> = vec![Vec::new(); data.floors.len()];
+        let mut by_kind = vec![Vec::new(); KINDS_OF_A_CASE * data.contacts.len()];
         for (row, left) in rows.iter().zip(&left) {
             by_kind[data.kinds[*row]].push(left.abs());
         }
-        let scales = by_kind.iter().zip(&data.floors);
-        let scales = scales.map(|(of, floor)| median(of).unwrap_or(0.0).max(*floor));
-        let scales: Vec<f64> = scales.collect();
+        let of_kind = |of: &Vec<f64>| median(of).unwrap_or(0.0).max(data.noise);
+        let scales: Vec<f64> = by_kind.iter().map(of_kind).collect();
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
         let mut spread = DMatrix::<f64>::zeros(columns, columns);

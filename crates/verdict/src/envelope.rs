@@ -255,8 +255,7 @@ impl Envelope {
 /// A fault that is large against rounding and small against everything else.
 const PROBE: f64 = 1.0e-7;
 
-/// The case with a constant that is larger by so much, relative, everywhere; none where it plays no part, or is one of a
-/// wall or the punch alone.
+/// The case with a constant that is larger by so much, relative; none where it plays no part or is of walls or punch alone.
 fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
     if !constant.is_in(case) {
         return None;
@@ -275,11 +274,7 @@ fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
             let mean = bodies.radius.iter().sum::<f64>() / bodies.radius.len() as f64;
             model.walls[index].place += larger * mean;
         }
-        Constant::PunchSpeed => {
-            if let Some(punch) = &mut faulty.punch {
-                punch.velocity *= factor;
-            }
-        }
+        Constant::PunchSpeed => faulty.punch.iter_mut().for_each(|of| of.velocity *= factor),
         Constant::ShearStiffness => model.law.stiffness_ratio *= factor,
         Constant::Friction => {
             model.law.friction_angle = (model.law.friction_angle.tan() * factor).atan();

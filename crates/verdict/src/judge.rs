@@ -12,11 +12,11 @@ use grains::task::Case;
 use grains::variant::{self, Constant, Form, Variant};
 use serde::Serialize;
 
+use crate::Engine;
 use crate::constants::{Fit, Fitted, Observed, Search, until};
 use crate::envelope::{Envelope, Farthest, Resolution};
 use crate::forms;
 use crate::starts::{Bed, LawKind, Start};
-use crate::{Answer, Engine};
 
 /// What an engine is, compared with the native one; the first that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -245,12 +245,12 @@ impl Judgement {
 
     pub fn farthest(&self) -> Option<&OfStart> {
         let looked_at = self.starts.iter().filter(|of| of.farthest.is_some());
-        looked_at.max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+        looked_at.max_by(|a, b| ratio(&a.farthest).total_cmp(&ratio(&b.farthest)))
     }
 }
 
-fn ratio(of: &OfStart) -> f64 {
-    of.farthest.as_ref().map_or(0.0, |of| of.ratio)
+fn ratio(of: &Option<Farthest>) -> f64 {
+    of.as_ref().map_or(0.0, |of| of.ratio)
 }
 
 /// A cause is held against the first so many steps, or more where the engine parts from the native one later.
@@ -284,25 +284,28 @@ struct Native {
 }
 
 /// A state with what is known of it and what an engine made of it.
-struct Answered {
-    law: LawKind,
-    start: Start,
+struct Answered<'a> {
+    asked: &'a State,
     native: Native,
-    answer: Answer,
+    theirs: Vec<Snapshot>,
+    /// None where it wrote other moments than were asked for.
+    farthest: Option<Farthest>,
 }
 
-impl Answered {
-    fn case(&self) -> &Case {
-        &self.native.envelope.case
+impl Answered<'_> {
+    fn is_rounding(&self) -> bool {
+        self.farthest.as_ref().is_some_and(Farthest::is_rounding)
     }
 
-    /// Nothing where the engine refused.
-    fn theirs(&self) -> &[Snapshot] {
-        self.answer.as_deref().unwrap_or(&[])
-    }
-
-    fn farthest(&self) -> Option<Farthest> {
-        self.native.envelope.farthest(self.theirs())
+    fn verdict(&self) -> Verdict {
+        // By their bits: == takes −0 for 0.
+        let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
+        match self.theirs.iter().zip(&self.native.envelope.own).all(same) {
+            _ if self.farthest.is_none() => Verdict::Different,
+            true => Verdict::Identical,
+            false if self.is_rounding() => Verdict::EqualToRounding,
+            false => Verdict::Different,
+        }
     }
 }
 
@@ -380,20 +383,6 @@ impl Reference {
             limits: Vec::new(),
             causes: Vec::new(),
         };
-        if of_cases.iter().all(Result::is_err) {
-            // Nothing need be known of it.
-            let answers = of_cases.into_iter().skip(probes.iter().flatten().count());
-            let refused = states.into_iter().zip(answers);
-            let refused = refused.map(|(of, answer)| OfStart {
-                law: of.law,
-                start: of.start,
-                verdict: Verdict::Undecided,
-                skipped: answer.err(),
-                farthest: None,
-            });
-            judgement.starts = refused.collect();
-            return Ok(judgement);
-        }
         let mut resolution = Resolution::DOUBLE;
         for (case, probes) in probed.iter().zip(&probes) {
             let rest = of_cases.split_off(probes.len().min(of_cases.len()));
@@ -403,24 +392,42 @@ impl Reference {
         }
         let mut all = Vec::with_capacity(states.len());
         for (of, answer) in states.into_iter().zip(of_cases) {
-            progress(&format!("replicas: {}", of.case.name));
-            let is_double = resolution == Resolution::DOUBLE;
-            let native = match of.double.get() {
-                Some(native) if is_double => native.clone(),
-                _ => Native::new(&of.case, resolution)?,
-            };
-            if is_double {
-                of.double.get_or_init(|| native.clone());
-            }
-            all.push(Answered {
+            let mut judged = OfStart {
                 law: of.law,
                 start: of.start,
-                native,
-                answer,
-            });
+                verdict: Verdict::Undecided,
+                skipped: None,
+                farthest: None,
+            };
+            match answer {
+                // Nothing need be known of it.
+                Err(reason) => judged.skipped = Some(reason),
+                Ok(theirs) => {
+                    progress(&format!("replicas: {}", of.case.name));
+                    let is_double = resolution == Resolution::DOUBLE;
+                    let native = match of.double.get() {
+                        Some(native) if is_double => native.clone(),
+                        _ => Native::new(&of.case, resolution)?,
+                    };
+                    if is_double {
+                        of.double.get_or_init(|| native.clone());
+                    }
+                    let answered = Answered {
+                        asked: of,
+                        farthest: native.envelope.farthest(&theirs),
+                        native,
+                        theirs,
+                    };
+                    judged.verdict = answered.verdict();
+                    judged.farthest = answered.farthest.clone();
+                    let why = "it wrote other moments than were asked for";
+                    judged.skipped = judged.farthest.is_none().then(|| why.to_owned());
+                    all.push(answered);
+                }
+            }
+            judgement.starts.push(judged);
         }
-        judgement.starts = all.iter().map(of_start).collect();
-        judgement.limits = limits(&judgement.starts, &all);
+        judgement.limits = limits(&all);
         judgement.resolution = resolution;
         if judgement.verdict() == Verdict::Different {
             judgement.causes = causes(&all, resolution, progress);
@@ -430,54 +437,22 @@ impl Reference {
 }
 
 /// For each constant the smallest fault that any of the states that were looked at shows.
-fn limits(starts: &[OfStart], all: &[Answered]) -> Vec<Limit> {
+fn limits(all: &[Answered]) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
-    let looked_at = starts.iter().zip(all);
-    for (of, answered) in looked_at.filter(|(of, _)| of.skipped.is_none()) {
-        limits.extend(
-            answered
-                .native
-                .limits
-                .iter()
-                .map(|(constant, smallest)| Limit {
-                    constant: constant.symbol(),
-                    smallest: *smallest,
-                    law: of.law,
-                    start: of.start,
-                }),
-        );
+    for answered in all.iter().filter(|of| of.farthest.is_some()) {
+        let limit = |(constant, smallest): &(Constant, f64)| Limit {
+            constant: constant.symbol(),
+            smallest: *smallest,
+            law: answered.asked.law,
+            start: answered.asked.start,
+        };
+        limits.extend(answered.native.limits.iter().map(limit));
     }
     // The first of several that are as small.
     limits.sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
     let mut seen = BTreeSet::new();
     limits.retain(|of| seen.insert(of.constant));
     limits
-}
-
-fn of_start(of: &Answered) -> OfStart {
-    let why = "it wrote other moments than were asked for";
-    let own = &of.native.envelope.own;
-    let (verdict, skipped, farthest) = match (&of.answer, of.farthest()) {
-        (Err(reason), _) => (Verdict::Undecided, Some(reason.clone()), None),
-        (Ok(_), None) => (Verdict::Different, Some(why.to_owned()), None),
-        (Ok(theirs), Some(of)) => {
-            // By their bits: == takes −0 for 0.
-            let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
-            let verdict = match theirs.iter().zip(own).all(same) {
-                true => Verdict::Identical,
-                false if of.is_rounding() => Verdict::EqualToRounding,
-                false => Verdict::Different,
-            };
-            (verdict, None, Some(of))
-        }
-    };
-    OfStart {
-        law: of.law,
-        start: of.start,
-        verdict,
-        skipped,
-        farthest,
-    }
 }
 
 /// Law by law: the constants and forms of one are taken for known under the next.
@@ -488,18 +463,19 @@ fn causes(all: &[Answered], resolution: Resolution, progress: &mut dyn FnMut(&st
     let mut judged: Vec<Form> = Vec::new();
     for law in LawKind::ALL {
         let ruled_out = judged.clone();
-        let of_law = all.iter().filter(|of| of.law == law && of.answer.is_ok());
+        let of_law = all.iter().filter(|of| of.asked.law == law);
         let of_law: Vec<&Answered> = of_law.collect();
         if of_law.is_empty() {
             continue;
         }
         progress(&format!("what is wrong: {}", law.name()));
-        let left_after = of_law.iter().filter_map(|of| of.farthest()?.left_after);
+        let farthest = of_law.iter().filter_map(|of| of.farthest.as_ref());
+        let left_after = farthest.filter_map(|of| of.left_after);
         let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
-        judged.extend(of_law.iter().flat_map(|of| forms::candidates(of.case())));
+        let cases = of_law.iter().map(|answered| &answered.asked.case);
+        judged.extend(cases.flat_map(forms::candidates));
         let tried = Tried {
             of_law,
-            law,
             resolution,
             until,
             ruled_out: &ruled_out,
@@ -520,17 +496,12 @@ fn causes(all: &[Answered], resolution: Resolution, progress: &mut dyn FnMut(&st
 }
 
 fn same_kinds(a: &[Form], b: &[Form]) -> bool {
-    let kinds = |of: &[Form]| {
-        of.iter()
-            .map(std::mem::discriminant)
-            .collect::<HashSet<_>>()
-    };
+    let kinds = |of: &[Form]| -> HashSet<_> { of.iter().map(std::mem::discriminant).collect() };
     kinds(a) == kinds(b)
 }
 
 struct Tried<'a> {
-    of_law: Vec<&'a Answered>,
-    law: LawKind,
+    of_law: Vec<&'a Answered<'a>>,
     resolution: Resolution,
     /// The step that first steps go to.
     until: u64,
@@ -542,12 +513,12 @@ impl Tried<'_> {
     /// The first steps with this variant, and the answer cut to them.
     fn first_steps<'a>(
         &self,
-        of: &'a Answered,
+        of: &'a Answered<'_>,
         variant: &Variant,
     ) -> (Vec<Snapshot>, &'a [Snapshot]) {
-        let case = until(of.case(), self.until);
-        let count = case.moments.len().min(of.theirs().len());
-        (variant::run(&case, variant), &of.theirs()[..count])
+        let case = until(&of.asked.case, self.until);
+        let count = case.moments.len().min(of.theirs.len());
+        (variant::run(&case, variant), &of.theirs[..count])
     }
 
     fn farthest(&self, variant: &Variant) -> Vec<Option<Farthest>> {
@@ -567,7 +538,8 @@ impl Tried<'_> {
     fn free(&self, fitted: &[Constant]) -> Vec<Constant> {
         let plays_a_part = |constant: &Constant| {
             let mut of_law = self.of_law.iter();
-            of_law.any(|of| constant.is_in(of.case())) && !fitted.contains(constant)
+            of_law.any(|answered| constant.is_in(&answered.asked.case))
+                && !fitted.contains(constant)
         };
         Constant::ALL.into_iter().filter(plays_a_part).collect()
     }
@@ -575,9 +547,8 @@ impl Tried<'_> {
     /// `more` forms may be taken besides the best one, if all together explain the law.
     fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
         // States in which nothing differs have nothing to say.
-        let differs = |of: &&&Answered| !of.farthest().is_some_and(|of| of.is_rounding());
-        let differing = self.of_law.iter().filter(differs);
-        let observed = differing.map(|of| (of.case(), of.theirs()));
+        let differing = self.of_law.iter().filter(|of| !of.is_rounding());
+        let observed = differing.map(|of| (&of.asked.case, &of.theirs[..]));
         let observed: Vec<Observed<'_>> = observed.collect();
         let free = self.free(fitted);
         let search = Search::new(&observed, self.resolution, self.until);
@@ -587,10 +558,8 @@ impl Tried<'_> {
             return self.cause(constants_alone, true, Vec::new());
         }
         let mut forms: Vec<Form> = Vec::new();
-        for form in observed
-            .iter()
-            .flat_map(|(case, _)| forms::candidates(case))
-        {
+        let candidates = observed.iter().map(|(case, _)| forms::candidates(case));
+        for form in candidates.flatten() {
             let taken = [self.ruled_out, &known.forms, &forms];
             if !taken.iter().any(|of| of.contains(&form)) {
                 forms.push(form);
@@ -642,7 +611,6 @@ impl Tried<'_> {
 
     fn cause(&self, fit: Fit, explained: bool, also: Vec<Form>) -> Cause {
         let farthest = self.farthest(&fit.variant);
-        let ratio = |of: &Option<Farthest>| of.as_ref().map_or(0.0, |of| of.ratio);
         let worst = (0..farthest.len())
             .max_by(|a, b| ratio(&farthest[*a]).total_cmp(&ratio(&farthest[*b])));
         let of = self.of_law[worst.unwrap_or(0)];
@@ -654,7 +622,7 @@ impl Tried<'_> {
             around_one(outside, own.iter().chain(theirs))
         };
         Cause {
-            law: self.law,
+            law: of.asked.law,
             constants: fit.wrong(),
             tied: fit.tied,
             forms: fit.variant.forms.clone(),
@@ -662,9 +630,9 @@ impl Tried<'_> {
             explained,
             also,
             left,
-            left_in: of.start,
+            left_in: of.asked.start,
             state: of.native.envelope.own.first().cloned(),
-            walls: of.case().model.walls.clone(),
+            walls: of.asked.case.model.walls.clone(),
         }
     }
 }

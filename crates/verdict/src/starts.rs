@@ -140,11 +140,8 @@ impl Bed {
         scene.loading.half_width = (0.1 * scene.container.width).min(scene.loading.half_width);
         let cloud = initial_bodies(&scene);
         let after = |task: Task| -> Result<Bodies, NativeError> {
-            Ok(
-                native::run(&scene, &task, &native::Options::default(), &mut ())?
-                    .last
-                    .bodies,
-            )
+            let end = native::run(&scene, &task, &native::Options::default(), &mut ())?;
+            Ok(end.last.bodies)
         };
         // The time in which a grain falls half the cloud's height.
         let height = cloud.z.iter().copied().fold(0.0, f64::max);

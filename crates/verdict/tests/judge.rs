@@ -167,11 +167,8 @@ fn several_wrong_constants_are_found_at_once() {
         (Constant::Inertia, 1.0e-6),
         (Constant::Dashpot, 0.5),
     ];
-    let variant = wrong
-        .iter()
-        .fold(Variant::default(), |variant, (constant, larger)| {
-            variant.and(*constant, *larger)
-        });
+    let and = |of: Variant, (constant, larger): &(Constant, f64)| of.and(*constant, *larger);
+    let variant = wrong.iter().fold(Variant::default(), and);
     let of = of_variant(&variant);
     let found: Vec<_> = of.causes.iter().flat_map(|of| &of.constants).collect();
     assert_eq!(found.len(), wrong.len(), "{found:?}");
@@ -229,11 +226,8 @@ fn a_coarse_number_is_told_from_the_others() {
         ..case.clone()
     };
     let contacts = &variant::run(&start, &Variant::default())[0].contacts;
-    let touches = |id: usize| {
-        contacts
-            .iter()
-            .any(|of| of.id1 as usize == id || of.id2 as usize == id)
-    };
+    let pairs = || contacts.iter().map(|of| [of.id1, of.id2]);
+    let touches = |id: usize| pairs().any(|of| of.contains(&(id as u32)));
     let single = |of: &mut f64| *of = f64::from(*of as f32);
     let coarse = |positions: bool, velocities: &dyn Fn(usize) -> bool| {
         let answers: Vec<Answer> = Resolution::cases(&case)
@@ -281,23 +275,16 @@ fn each_form_is_named() {
     for form in &tried {
         let of = of_variant(&Variant::of(*form));
         let named = of.causes.iter().any(|of| {
-            let forms = of.forms.iter().chain(&of.also);
+            let mut forms = of.forms.iter().chain(&of.also);
             let kind = std::mem::discriminant(form);
-            forms
-                .into_iter()
-                .any(|of| std::mem::discriminant(of) == kind)
+            forms.any(|of| std::mem::discriminant(of) == kind)
         });
         if of.verdict() != Verdict::Different || !named {
             let said: Vec<String> = of.causes.iter().map(|of| of.sentence()).collect();
             unnamed.push(format!("{form:?}: {:?} {said:?}", of.verdict()));
         }
     }
-    assert!(
-        unnamed.is_empty(),
-        "{} of {}: {unnamed:#?}",
-        unnamed.len(),
-        tried.len()
-    );
+    assert!(unnamed.is_empty(), "of {}: {unnamed:#?}", tried.len());
 }
 
 /// The friction of LAMMPS: each of three rules is a small part of a contact's force.
