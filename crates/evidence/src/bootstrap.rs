@@ -55,8 +55,7 @@ pub fn interval(
     })
 }
 
-/// Σd³/(6(Σd²)^1.5), d the mean of what the statistic is without one packing minus what it is; zero where
-/// it does not change.
+/// Σd³/(6(Σd²)^1.5), d the mean of what the statistic is without one packing minus what it is; zero where all are equal.
 fn acceleration(all: &[usize], statistic: &impl Fn(&[usize]) -> f64) -> f64 {
     let mut others = all[1..].to_vec();
     let mut without = Vec::with_capacity(all.len());
@@ -79,11 +78,6 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     let lower = place.floor() as usize;
     let upper = (lower + 1).min(sorted.len() - 1);
     sorted[lower] + (place - lower as f64) * (sorted[upper] - sorted[lower])
-}
-
-/// Mean with its interval; one number a packing.
-pub fn mean_interval(values: &[f64], level: f64) -> Option<Interval> {
-    of_values(values, level, mean)
 }
 
 /// Coefficient of variation, standard deviation over mean, with its interval; one number a packing.
@@ -127,7 +121,7 @@ mod tests {
     #[test]
     fn packings_stay_together() {
         let values: Vec<f64> = (0..40).map(|k| f64::from(k * k % 17)).collect();
-        let single = mean_interval(&values, 0.95).expect("values");
+        let single = of_values(&values, 0.95, mean).expect("values");
         let packings: Vec<[f64; 5]> = values.iter().map(|value| [*value; 5]).collect();
         let five = interval(packings.len(), 0.95, |chosen| {
             let all: Vec<f64> = chosen.iter().flat_map(|one| packings[*one]).collect();
@@ -136,7 +130,7 @@ mod tests {
         let five = five.expect("packings");
         assert!((five.low - single.low).abs() < 1.0e-9 && (five.high - single.high).abs() < 1.0e-9);
         let pooled: Vec<f64> = packings.iter().flatten().copied().collect();
-        let pooled = mean_interval(&pooled, 0.95).expect("values");
+        let pooled = of_values(&pooled, 0.95, mean).expect("values");
         assert!(pooled.high - pooled.low < 0.6 * (five.high - five.low));
     }
 
@@ -151,7 +145,8 @@ mod tests {
                 let holds = |found: Option<Interval>| {
                     found.is_some_and(|found| found.low < 1.0 && found.high > 1.0)
                 };
-                [mean_interval, coefficient_of_variation].map(|of| holds(of(&values, 0.95)))
+                let statistics = [mean, moments::coefficient_of_variation];
+                statistics.map(|of: fn(&[f64]) -> f64| holds(of_values(&values, 0.95, of)))
             });
             for (which, least) in least.into_iter().enumerate() {
                 let hits = covered.iter().filter(|one| one[which]).count();
@@ -164,9 +159,9 @@ mod tests {
 
     #[test]
     fn too_few() {
-        assert!(mean_interval(&[1.0, 2.0], 0.95).is_none());
+        assert!(of_values(&[1.0, 2.0], 0.95, mean).is_none());
         assert!(coefficient_of_variation(&[0.0, 0.0, 0.0], 0.95).is_none());
-        let same = mean_interval(&[1.0, 1.0, 1.0], 0.95).expect("three values");
+        let same = of_values(&[1.0, 1.0, 1.0], 0.95, mean).expect("three values");
         assert_eq!((same.low, same.high), (1.0, 1.0));
     }
 }

@@ -110,47 +110,45 @@ impl Family {
     /// two different values, and for values at or below zero in the families of positive ones (zero is
     /// possible under an exponential alone).
     pub fn fit(self, values: &[f64]) -> Option<Distribution> {
-        let all = |holds: fn(f64) -> bool| values.iter().all(|value| holds(*value));
         let (lowest, highest) = range(values)?;
         if lowest == highest {
             return None;
         }
+        let mean_of = |of: &dyn Fn(f64) -> f64| {
+            values.iter().map(|value| of(*value)).sum::<f64>() / values.len() as f64
+        };
         match self {
-            Family::Exponential => {
-                all(|value| value >= 0.0).then(|| Distribution::Exponential { mean: mean(values) })
+            Family::Exponential if lowest >= 0.0 => {
+                Some(Distribution::Exponential { mean: mean(values) })
             }
-            Family::Gamma if all(|value| value > 0.0) => {
+            Family::Gamma if lowest > 0.0 => {
                 let shape = gamma_shape(values)?;
                 let scale = mean(values) / shape;
                 Some(Distribution::Gamma { shape, scale })
             }
-            Family::Weibull if all(|value| value > 0.0) => {
+            Family::Weibull if lowest > 0.0 => {
                 let shape = weibull_shape(values)?;
-                let powers = values.iter().map(|value| (value / highest).powf(shape));
-                let power = powers.sum::<f64>() / values.len() as f64;
+                let power = mean_of(&|value| (value / highest).powf(shape));
                 let scale = highest * power.powf(1.0 / shape);
                 Some(Distribution::Weibull { shape, scale })
             }
             Family::Laplace => {
                 let location = median(values)?;
-                let off = values.iter().map(|value| (value - location).abs());
-                let scale = off.sum::<f64>() / values.len() as f64;
+                let scale = mean_of(&|value| (value - location).abs());
                 Some(Distribution::Laplace { location, scale })
             }
             Family::Normal => {
                 let mean = mean(values);
-                let off = values.iter().map(|value| (value - mean).powi(2));
-                let deviation = (off.sum::<f64>() / values.len() as f64).sqrt();
+                let deviation = mean_of(&|value| (value - mean).powi(2)).sqrt();
                 Some(Distribution::Normal { mean, deviation })
             }
-            Family::StretchedExponential if all(|value| value >= 0.0) => {
+            Family::StretchedExponential if lowest >= 0.0 => {
                 let power = stretching(values, highest)?;
-                let powers = values.iter().map(|value| (value / highest).powf(power));
-                let scale =
-                    highest * (power * mean(&powers.collect::<Vec<f64>>())).powf(1.0 / power);
+                let powers = mean_of(&|value| (value / highest).powf(power));
+                let scale = highest * (power * powers).powf(1.0 / power);
                 Some(Distribution::StretchedExponential { power, scale })
             }
-            Family::GaussianTail if all(|value| value > 0.0) => {
+            Family::GaussianTail if lowest > 0.0 => {
                 let squares: Vec<f64> = values.iter().map(|of| (of / highest).powi(2)).collect();
                 let shape = gamma_shape(&squares)?;
                 let scale = highest * (mean(&squares) / shape).sqrt();
@@ -163,18 +161,13 @@ impl Family {
 
 /// Smallest and largest; none without values or with one that is not a number.
 fn range(values: &[f64]) -> Option<(f64, f64)> {
-    let mut ends = (*values.first()?, *values.first()?);
-    for value in values {
-        if !value.is_finite() {
-            return None;
-        }
-        ends = (ends.0.min(*value), ends.1.max(*value));
-    }
-    Some(ends)
+    let sound = !values.is_empty() && values.iter().all(|of| of.is_finite());
+    let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    sound.then_some((lowest, highest))
 }
 
 impl Distribution {
-    /// Its family.
     pub fn family(&self) -> Family {
         match self {
             Distribution::Exponential { .. } => Family::Exponential,
@@ -410,6 +403,7 @@ pub(super) mod tests {
     /// Fits and log-likelihoods computed independently with scipy 1.17.1 (`fit(x, floc=0)`, `logpdf`).
     #[test]
     fn fits_of_known_samples() {
+        use Family::{Gamma, Weibull};
         let exponential = |values: &[f64]| {
             let law = Family::Exponential.fit(values).expect("positive values");
             law.log_likelihood(values)
@@ -417,33 +411,21 @@ pub(super) mod tests {
         close(exponential(&AIR_CONDITIONING), -152.629_667);
         close(exponential(&BEARINGS), -121.434_876);
         let (air, bearings) = (&AIR_CONDITIONING[..], &BEARINGS[..]);
-        for (family, values, [shape, scale, likelihood]) in [
-            (Family::Gamma, air, [0.811_911_6, 73.407_006, -152.167_331]),
-            (
-                Family::Weibull,
-                air,
-                [0.853_587_9, 54.613_463, -151.936_889],
-            ),
-            (
-                Family::Gamma,
-                bearings,
-                [4.025_414_6, 17.942_089, -113.029_281],
-            ),
-            (
-                Family::Weibull,
-                bearings,
-                [2.102_060_1, 81.878_316, -113.691_291],
-            ),
+        for (family, values, wanted) in [
+            (Gamma, air, [0.811_911_6, 73.407_006, -152.167_331]),
+            (Weibull, air, [0.853_587_9, 54.613_463, -151.936_889]),
+            (Gamma, bearings, [4.025_414_6, 17.942_089, -113.029_281]),
+            (Weibull, bearings, [2.102_060_1, 81.878_316, -113.691_291]),
         ] {
             let found = family.fit(values).expect("positive values");
-            let law = match found {
-                Distribution::Gamma { shape, scale } => [shape, scale],
-                Distribution::Weibull { shape, scale } => [shape, scale],
-                _ => panic!("{found:?}"),
+            let (Distribution::Gamma { shape, scale } | Distribution::Weibull { shape, scale }) =
+                found
+            else {
+                panic!("{found:?}")
             };
-            close(law[0], shape);
-            close(law[1], scale);
-            close(found.log_likelihood(values), likelihood);
+            close(shape, wanted[0]);
+            close(scale, wanted[1]);
+            close(found.log_likelihood(values), wanted[2]);
         }
         // scipy 1.17.1, laplace.fit: 67.8, 28.32.
         let Some(Distribution::Laplace { location, scale }) = Family::Laplace.fit(&BEARINGS) else {

@@ -28,9 +28,7 @@ pub struct Distances {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fit {
-    /// The law.
     pub law: Distribution,
-    /// How far the values are from it.
     pub distances: Distances,
     /// The probability of so large a D.
     pub kolmogorov_p: f64,
@@ -47,14 +45,10 @@ pub fn distances(law: &Distribution, values: &[f64]) -> Option<Distances> {
     sorted.sort_by(f64::total_cmp);
     of_sorted(sorted.iter().map(|value| {
         let below = law.cumulative(*value);
-        (
-            below,
-            if below < 0.9 {
-                1.0 - below
-            } else {
-                law.survival(*value)
-            },
-        )
+        match below < 0.9 {
+            true => (below, 1.0 - below),
+            false => (below, law.survival(*value)),
+        }
     }))
 }
 
@@ -79,8 +73,7 @@ fn logarithm(share: f64) -> f64 {
     share.max(f64::MIN_POSITIVE).ln()
 }
 
-/// Values against a law that was known before they were: p of D exactly, p of A² from at most `samples` samples of
-/// uniform numbers. None without values.
+/// Values against a law that was known before: p of D exactly, p of A² from at most so many samples. None without values.
 pub fn known(law: &Distribution, values: &[f64], samples: usize) -> Option<Fit> {
     known_under(&KNOWN, law, values, samples)
 }
@@ -97,8 +90,7 @@ fn known_under(key: &Key, law: &Distribution, values: &[f64], samples: usize) ->
     })
 }
 
-/// Values against the likeliest law of a family: both p from at most `samples` samples of that law, each fitted
-/// anew. None where there is no such law.
+/// Values against the likeliest law of a family, if there is one: both p from at most so many samples of it, each fitted anew.
 pub fn fitted(family: Family, values: &[f64], samples: usize) -> Option<Fit> {
     fitted_under(&FITTED, family, values, samples)
 }
@@ -232,12 +224,10 @@ mod tests {
     /// (gamma) samples: 0.0217 and 0.0750, 0.0427 and 0.1082. Ours have 4,000.
     #[test]
     fn a_known_sample() {
+        use Family::{Exponential, Gamma};
         for (family, wanted) in [
-            (
-                Family::Exponential,
-                [0.213_167_7, 1.163_122_3, 0.0217, 0.075],
-            ),
-            (Family::Gamma, [0.169_375_2, 0.653_380_4, 0.0427, 0.1082]),
+            (Exponential, [0.213_167_7, 1.163_122_3, 0.0217, 0.075]),
+            (Gamma, [0.169_375_2, 0.653_380_4, 0.0427, 0.1082]),
         ] {
             let fit = fitted(family, &AIR_CONDITIONING, 3999).expect("a fit");
             assert!((fit.distances.kolmogorov - wanted[0]).abs() < 1.0e-6);
@@ -310,8 +300,7 @@ mod tests {
         }
     }
 
-    /// A gamma law of shape 1.5 is told from an exponential by 150 values nearly always, by its own family
-    /// hardly ever.
+    /// 150 values of a gamma law of shape 1.5 are told from an exponential nearly always, from their own family hardly ever.
     #[test]
     fn another_law_is_noticed() {
         let mut source = Source::new(&KEY, 10);

@@ -29,7 +29,6 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// The implausibility of the setting.
     pub fn worst(&self) -> f64 {
         self.implausibilities.iter().copied().fold(0.0, f64::max)
     }

@@ -65,11 +65,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Interval {
-    /// The value in the middle.
     pub estimate: f64,
-    /// Lower end.
     pub low: f64,
-    /// Upper end.
     pub high: f64,
 }
 
@@ -116,8 +113,7 @@ fn two_sided(level: f64, freedom: f64) -> Option<f64> {
     Some(student(freedom)?.inverse_cdf(0.5 + 0.5 * level))
 }
 
-/// Where what holds near the lower end of an interval of positive numbers ceases to hold, by so many halvings on a logarithmic
-/// scale.
+/// Where what holds near the lower end of an interval of positive numbers ceases to hold, by halving on a logarithmic scale.
 fn halved([mut low, mut high]: [f64; 2], times: u32, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..times {
         let middle = (low * high).sqrt();

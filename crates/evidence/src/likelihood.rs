@@ -75,8 +75,7 @@ fn profile(family: Family, values: &[f64]) -> impl Fn(f64) -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NotNested {
-    /// Akaike's criterion of the first minus that of the second, 2(k₁ − k₂) − 2(l₁ − l₂): negative where the
-    /// first describes the values better.
+    /// Akaike's criterion, first minus second, 2(k₁ − k₂) − 2(l₁ − l₂): negative where the first describes the values better.
     pub akaike_difference: f64,
     /// Vuong's z (1989), √n times mean over standard deviation of ln f₁ − ln f₂: positive where the first is
     /// closer to the truth. Not corrected for the number of parameters.
@@ -91,8 +90,7 @@ pub fn not_nested(first: Family, second: Family, values: &[f64]) -> Option<NotNe
     between(one, two, values.chunks(1))
 }
 
-/// The same of two laws with their parameters, where values of a group are not independent of each other and groups are: grains of
-/// a packing. n is the number of groups.
+/// The same of two laws with their parameters; groups are independent, not the values of one: grains of a packing.
 pub fn between<'a>(
     one: Distribution,
     two: Distribution,
@@ -117,8 +115,7 @@ pub fn between<'a>(
 /// 2n·KL at which a likelihood ratio test of 5 % finds a false law nine times in ten (non-central χ² with one degree of freedom).
 const SEEN: f64 = 10.51;
 
-/// Independent values of which nine samples in ten show that a law is not the true one, which is so far ahead of it in the mean
-/// logarithm of the density.
+/// So many values show in nine samples of ten that a law is not the true one, so far ahead of it in the mean of ln f.
 pub fn seen_from(behind: f64) -> Option<f64> {
     (behind > 0.0).then(|| SEEN / (2.0 * behind))
 }
@@ -174,8 +171,7 @@ mod tests {
         }
     }
 
-    /// Two laws that are equally far from values which hang together in groups of ten: one in twenty is rejected where groups are
-    /// the unit, and far more where values are.
+    /// Of two laws equally far from values in groups of ten one in twenty is rejected by groups, and far more by values.
     #[test]
     fn groups_are_the_unit() {
         let law = |location| laplace(location, 1.0);

@@ -71,9 +71,7 @@ pub fn difference(first: (usize, usize), second: (usize, usize), level: f64) -> 
 pub struct Bins {
     /// Lower end of the first one.
     pub start: f64,
-    /// Width of each.
     pub step: f64,
-    /// How many.
     pub count: usize,
 }
 

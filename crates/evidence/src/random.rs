@@ -140,8 +140,7 @@ mod tests {
         assert!(replicates(&KEY, 0, of).is_empty());
     }
 
-    /// A true statement is rejected as often as the level says, whether or not drawing ended early; what is never seen
-    /// gets the smallest p.
+    /// A true statement is rejected as often as the level says, ended early or not; what is never seen gets the smallest p.
     #[test]
     fn sequential_p_keep_their_level() {
         let trials = 20_000;

@@ -10,11 +10,9 @@ use super::{Interval, two_sided};
 
 const KEY: Key = *b"crossgrain: pairs that are mixed";
 
-/// Slope of the line through the points with its 95 % t interval; none for fewer than three points or a single
-/// abscissa.
+/// Slope of the line through the points with its 95 % t interval; none for fewer than three points or one abscissa.
 pub fn slope(points: &[(f64, f64)]) -> Option<Interval> {
-    let xs: Vec<f64> = points.iter().map(|point| point.0).collect();
-    let ys: Vec<f64> = points.iter().map(|point| point.1).collect();
+    let (xs, ys): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     let (x, y) = (mean(&xs), mean(&ys));
     let spread: f64 = xs.iter().map(|value| (value - x).powi(2)).sum();
     if spread.is_nan() || spread <= 0.0 {
@@ -134,8 +132,7 @@ mod tests {
         assert!((found.p - 0.8298).abs() < 0.03, "{}", found.p);
     }
 
-    /// Independent exponential pairs are called correlated one time in twenty; pairs with a common third part
-    /// nearly always.
+    /// Independent pairs are called correlated one time in twenty; pairs with a common part nearly always.
     #[test]
     fn level_and_power() {
         let found: Vec<[bool; 2]> = replicates(&TESTS, 1000, |source| {

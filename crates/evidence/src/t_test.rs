@@ -13,7 +13,6 @@ use super::{Interval, student, two_sided};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paired {
-    /// How many pairs.
     pub pairs: usize,
     /// Mean of the first members.
     pub first_mean: f64,
@@ -29,8 +28,7 @@ pub struct Paired {
 
 /// Compares pairs (first, second); none for fewer than two.
 pub fn paired(pairs: &[(f64, f64)]) -> Option<Paired> {
-    let first: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
-    let second: Vec<f64> = pairs.iter().map(|pair| pair.1).collect();
+    let (first, second): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
     let differences: Vec<f64> = pairs.iter().map(|(a, b)| b - a).collect();
     Some(Paired {
         pairs: pairs.len(),

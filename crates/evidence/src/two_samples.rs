@@ -53,8 +53,7 @@ pub fn compare(first: &[Vec<f64>], second: &[Vec<f64>], permutations: usize) -> 
     })
 }
 
-/// D and A² of sorted values, of which those of packings with `true` are the first sample; none where a
-/// side is empty.
+/// D and A² of sorted values; the first sample is the packings with `true`. None where a side is empty.
 fn distances(pooled: &[(f64, usize)], sides: &[bool]) -> Option<(f64, f64)> {
     let total = pooled.len() as f64;
     let n = pooled.iter().filter(|(_, packing)| sides[*packing]).count() as f64;

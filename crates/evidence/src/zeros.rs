@@ -10,12 +10,10 @@ use super::proportion::wilson;
 pub struct Parted {
     /// How many are exactly zero.
     pub zeros: usize,
-    /// All others, in their order.
     pub others: Vec<f64>,
 }
 
 impl Parted {
-    /// Parts values.
     pub fn of(values: &[f64]) -> Self {
         let others: Vec<f64> = values.iter().copied().filter(|of| *of != 0.0).collect();
         Parted {
