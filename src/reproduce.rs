@@ -23,7 +23,6 @@ use crate::suite::run::{Engines, Verification, verify};
 use crate::{paper, suite};
 use grains::generate::initial_bodies;
 use grains::native;
-use grains::native::perturb::{Quantity, Switch};
 use grains::native::{Perturbation, Trouble};
 use grains::scene::Scene;
 use grains::tables::StopReason;
@@ -384,12 +383,12 @@ const FAULT_STEPS: u64 = 6000;
 
 /// The faults, smallest sizes that the issue of finding them is about.
 const FAULTS: [Perturbation; 6] = [
-    Perturbation::Sized(Quantity::Stiffness, 1e-12),
-    Perturbation::Sized(Quantity::Gravity, 1e-12),
-    Perturbation::Sized(Quantity::Damping, 1e-12),
-    Perturbation::Sized(Quantity::Wall, 1e-12),
-    Perturbation::Switched(Switch::Wall),
-    Perturbation::Switched(Switch::Sums),
+    Perturbation::Sized("stiffness", 1e-12),
+    Perturbation::Sized("gravity", 1e-12),
+    Perturbation::Sized("damping", 1e-12),
+    Perturbation::Sized("wall", 1e-12),
+    Perturbation::Switched("wall=missing"),
+    Perturbation::Switched("sums=reversed"),
 ];
 
 /// Proof that the comparison can fail: puts each fault in, compares with the sound engine and finds the first difference.

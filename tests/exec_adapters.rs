@@ -2,8 +2,8 @@
 //! with it a missing one is a failure.
 
 use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
-use grains::model::Model;
-use grains::native::contact::{self, Axis, ContactRules, Memory, Motion, Parameters, Touch};
+use grains::model::{Axis, Model, Wall};
+use grains::native::contact::{self, ContactRules, Memory, Motion, Parameters, Touch};
 use grains::native::{first_contact_punch, run_case};
 use grains::task::{Case, Seen};
 
@@ -224,9 +224,13 @@ fn native_friction() -> Vec<f64> {
     let mut said = Vec::new();
     let pair = |angle: f64| {
         let place = [1.8 * angle.cos(), 1.8 * angle.sin()];
-        contact::grains([0.0; 2], 1.0, place, 1.0).expect("an overlap")
+        contact::grains([[0.0; 2], place], [1.0; 2]).expect("an overlap")
     };
-    let wall = contact::wall(Axis::Z, 0.0, [0.0, 0.8], 1.0).expect("an overlap");
+    let floor = Wall {
+        axis: Axis::Z,
+        place: 0.0,
+    };
+    let wall = contact::wall(&floor, [0.0, 0.8], 1.0).expect("an overlap");
     let grains = (pair(0.0), [0.0, 1.0], Some(pair(0.1)));
     for (touch, along, turned) in [grains, (wall, [-1.0, 0.0], None)] {
         let mut memory = Memory::default();

@@ -93,7 +93,7 @@ fn the_network_is_the_derivative_of_the_forces() {
         let moved = |by: f64| {
             let mut case = scene.case.clone();
             case.bodies.x[grain] += by;
-            loads(&case, None).expect("loads").remove(0)
+            loads(&case).expect("loads").remove(0)
         };
         let (ahead, behind) = (moved(step), moved(-step));
         for other in 0..mass.len() {

@@ -350,7 +350,7 @@ impl Suite {
         let compare = |(of, yade): (&CrossCase, &CaseInYade)| {
             let native = run_case(&of.case, None).and_then(|track| match yade.loads[..] {
                 [] => Ok((track, Vec::new())),
-                _ => Ok((track, loads(&of.case, None)?)),
+                _ => Ok((track, loads(&of.case)?)),
             });
             let found = native.map(|(track, loads)| cross_code::judge(of, &track, &loads, yade));
             of_cross(of).judged(found.map_err(|error| error.to_string()))

@@ -26,6 +26,8 @@ pub use perturb::{Noise, Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};
 pub use threads::Threads;
 
+use std::iter::repeat;
+
 use crate::tables::{Bodies, Snapshot, Stage};
 use crate::task::{Case, Effective, EffectiveContact, Load};
 use dynamics::Dynamics;
@@ -38,9 +40,7 @@ const SKIN_OVER_RADIUS: f64 = 0.1;
 /// How a case is run; none of it is physics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CaseOptions {
-    /// A deliberate fault.
     pub fault: Option<Perturbation>,
-    /// Skin of the neighbour list over the largest radius.
     pub skin_over_radius: f64,
     /// Rounding errors of another engine, put in after each step.
     pub noise: Option<Noise>,
@@ -84,17 +84,39 @@ pub fn watch_case(
     options: &CaseOptions,
     watcher: &mut dyn FnMut(Snapshot) -> bool,
 ) -> Result<(), NativeError> {
-    let failed = |step| move |trouble| error(step, trouble);
+    each_moment(case, options, &mut |dynamics, step| {
+        watcher(dynamics.snapshot(Stage::Settle, step))
+    })
+}
+
+/// Force and torque summed on each grain at each moment of a case; no torques where nothing turns a grain.
+pub fn loads(case: &Case) -> Result<Vec<Vec<Load>>, NativeError> {
+    let mut all = Vec::with_capacity(case.moments.len());
+    let mut look = |Dynamics { state, .. }: &Dynamics, _| {
+        let torques = state.by_number(&state.torque).chain(repeat(0.0));
+        let loads = state.by_number(&state.force).zip(torques);
+        all.push(loads.map(|([x, z], torque)| [x, z, torque]).collect());
+        true
+    };
+    each_moment(case, &CaseOptions::default(), &mut look)?;
+    Ok(all)
+}
+
+fn each_moment(
+    case: &Case,
+    options: &CaseOptions,
+    look: &mut dyn FnMut(&Dynamics, u64) -> bool,
+) -> Result<(), NativeError> {
     let mut dynamics = start(case, options).map_err(failed(0))?;
     let mut noise = options.noise.map(|of| of.begin());
+    let mut shake = |dynamics: &mut Dynamics| {
+        if let Some(noise) = &mut noise {
+            noise.shake(&mut dynamics.state, &dynamics.constants);
+        }
+    };
     let mut step = 0;
     for &moment in &case.moments {
         while step < moment {
-            let mut shake = |dynamics: &mut Dynamics| {
-                if let Some(noise) = &mut noise {
-                    noise.shake(&mut dynamics.state, &dynamics.constants);
-                }
-            };
             if step == 0 {
                 shake(&mut dynamics);
             }
@@ -103,50 +125,23 @@ pub fn watch_case(
             shake(&mut dynamics);
         }
         health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
-        if !watcher(dynamics.snapshot(Stage::Settle, step)) {
+        if !look(&dynamics, step) {
             break;
         }
     }
     Ok(())
 }
 
-/// Force and torque summed on each grain at each moment of a case; no torques where nothing turns a grain.
-pub fn loads(case: &Case, options: impl Into<CaseOptions>) -> Result<Vec<Vec<Load>>, NativeError> {
-    let failed = |step| move |trouble| error(step, trouble);
-    let mut dynamics = start(case, &options.into()).map_err(failed(0))?;
-    let mut step = 0;
-    let mut all = Vec::with_capacity(case.moments.len());
-    for &moment in &case.moments {
-        while step < moment {
-            step += 1;
-            dynamics.step().map_err(failed(step))?;
-        }
-        health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
-        let state = &dynamics.state;
-        let torque = |at: usize| state.torque.get(at).copied().unwrap_or(0.0);
-        let places = state.place.iter().map(|at| *at as usize);
-        let load = |at: usize| [state.force[at][0], state.force[at][1], torque(at)];
-        all.push(places.map(load).collect());
-    }
-    Ok(all)
-}
-
 /// The parameters that the native engine uses for a case.
 pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effective, NativeError> {
-    let dynamics = start(case, &options.into()).map_err(|trouble| error(0, trouble))?;
-    let Dynamics {
-        state, constants, ..
-    } = &dynamics;
-    let Snapshot {
-        contacts, bodies, ..
-    } = dynamics.snapshot(Stage::Settle, 0);
+    let dynamics = start(case, &options.into()).map_err(failed(0))?;
+    let (state, constants) = (&dynamics.state, &dynamics.constants);
+    let at_start = dynamics.snapshot(Stage::Settle, 0);
     let parameters = |id1: u32, id2: u32| {
         let place = |id: u32| state.place[id as usize] as usize;
-        if constants.ids.is_grain(id1) {
-            constants.of_pair(state, place(id1), place(id2))
-        } else {
-            let radius = state.radius[place(id2)];
-            constants.parameters(radius, radius, state.mass[place(id2)])
+        match constants.ids.is_grain(id1) {
+            true => constants.of_pair(state, place(id1), place(id2)),
+            false => constants.of_flat(state, place(id2)),
         }
     };
     let has_friction = constants.law.has_friction();
@@ -157,7 +152,8 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
         _ => of_walls,
     };
     Ok(Effective {
-        contacts: contacts
+        contacts: at_start
+            .contacts
             .iter()
             .map(|contact| {
                 let of = parameters(contact.id1, contact.id2);
@@ -171,7 +167,7 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
                 }
             })
             .collect(),
-        mass: bodies.mass,
+        mass: at_start.bodies.mass,
         inertia: state.by_number(&state.inertia).collect(),
         gravity: constants.gravity,
         alpha: constants.alpha,
@@ -191,10 +187,6 @@ fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
     Dynamics::new(&bodies, case.punch, &[], constants, skin, threads)
 }
 
-fn error(step: u64, trouble: Trouble) -> NativeError {
-    NativeError {
-        stage: Stage::Settle,
-        step,
-        trouble,
-    }
+fn failed(step: u64) -> impl FnOnce(Trouble) -> NativeError {
+    NativeError::at(Stage::Settle, step)
 }

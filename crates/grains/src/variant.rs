@@ -486,7 +486,7 @@ impl<'a> Stepper<'a> {
                 if let Some(touch) = self.state.wall_touch(wall, id) {
                     let of = self.flat(id, Constant::WallStiffness);
                     let (still, motion) = (Motion::default(), self.state.motion(id));
-                    let ids = (wall.id, id as u32);
+                    let ids = (self.constants.ids.wall(index), id as u32);
                     if let Some(action) = self.act(ids, touch, of, &still, &motion, &mut touched) {
                         self.push(id, &action);
                     }
@@ -508,11 +508,7 @@ impl<'a> Stepper<'a> {
             centre: self.punch_centre,
             ..real
         };
-        let moving = Motion {
-            position: punch.centre,
-            velocity: [0.0, punch.velocity],
-            spin: 0.0,
-        };
+        let moving = Motion::from(&punch);
         let mut on_punch = 0.0;
         for id in 0..self.state.mass.len() {
             let Some(touch) = self.state.punch_touch(&punch, id) else {
@@ -666,10 +662,7 @@ impl<'a> Stepper<'a> {
     }
 
     fn flat(&self, id: usize, stiffness: Constant) -> Parameters {
-        let radius = self.state.radius[id];
-        let mut of = self
-            .constants
-            .parameters(radius, radius, self.state.mass[id]);
+        let mut of = self.constants.of_flat(&self.state, id);
         self.scale(&mut of, stiffness);
         of
     }

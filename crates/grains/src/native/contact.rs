@@ -4,9 +4,9 @@
 //! In the plane a cross product with the spin ω about y is ω × (a_x, a_z) = (ω a_z, −ω a_x), and the torque of F at the
 //! arm a is a_z F_x − a_x F_z. The order of the operations is part of the definition: it is what gives YADE's bits.
 
-pub use crate::model::Axis;
-use crate::model::Law;
+use crate::model::{Law, Wall};
 use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
+use crate::tables::Punch;
 
 /// Where two bodies touch. The normal points from body 1 to body 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,16 +19,12 @@ pub struct Touch {
     pub point: [f64; 2],
     /// Radii of curvature of both sides, m; a flat body has the grain's.
     pub radii: [f64; 2],
-    /// What kind of pair it is.
     pub pair: Pair,
 }
 
-/// The kinds of pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pair {
-    /// Two grains.
     Grains,
-    /// A wall and a grain.
     Wall,
     /// The punch and a grain whose centre is outside it: at a face, an edge or a corner.
     PunchOutside,
@@ -44,50 +40,29 @@ impl Touch {
     }
 }
 
-/// Stiffness of two grains' springs k = E·R in series, N/m: 2 k_a k_b/(k_a + k_b), which for equal moduli is Eq. 4,
-/// k_n = 2E R_i R_j/(R_i + R_j). A flat body counts as a grain of the same radius.
-pub fn in_series(a: f64, b: f64) -> f64 {
-    2.0 * a * b / (a + b)
-}
-
-/// The same of a/2 and b/2 by way of the compliances: 1/(1/a + 1/b).
-pub fn compliances_in_series(a: f64, b: f64) -> f64 {
-    1.0 / (1.0 / a + 1.0 / b)
-}
-
 /// Two grains: u_n = R_1 + R_2 − d, n along the line of centres.
-pub fn grains(
-    position1: [f64; 2],
-    radius1: f64,
-    position2: [f64; 2],
-    radius2: f64,
-) -> Option<Touch> {
-    let dx = position2[0] - position1[0];
-    let dz = position2[1] - position1[1];
+pub fn grains([one, two]: [[f64; 2]; 2], radii: [f64; 2]) -> Option<Touch> {
+    let [dx, dz] = difference(two, one);
     let distance = (dx * dx + dz * dz).sqrt();
-    let overlap = radius1 + radius2 - distance;
+    let overlap = radii[0] + radii[1] - distance;
     if overlap < 0.0 {
         return None;
     }
     let normal = [dx / distance, dz / distance];
-    let arm = radius1 - 0.5 * overlap;
+    let arm = radii[0] - 0.5 * overlap;
     Some(Touch {
         overlap,
         normal,
-        point: [
-            position1[0] + arm * normal[0],
-            position1[1] + arm * normal[1],
-        ],
-        radii: [radius1, radius2],
+        point: [one[0] + arm * normal[0], one[1] + arm * normal[1]],
+        radii,
         pair: Pair::Grains,
     })
 }
 
-/// An infinite wall (body 1) and a grain: u_n = R − |distance|, n towards the grain's side, the
-/// contact point on the wall.
-pub fn wall(axis: Axis, place: f64, position: [f64; 2], radius: f64) -> Option<Touch> {
-    let axis = axis as usize;
-    let distance = position[axis] - place;
+/// An infinite wall (body 1) and a grain: u_n = R − |distance|, n towards the grain's side, the point on the wall.
+pub fn wall(wall: &Wall, position: [f64; 2], radius: f64) -> Option<Touch> {
+    let axis = wall.axis as usize;
+    let distance = position[axis] - wall.place;
     let overlap = -(distance.abs() - radius);
     if overlap < 0.0 {
         return None;
@@ -95,7 +70,7 @@ pub fn wall(axis: Axis, place: f64, position: [f64; 2], radius: f64) -> Option<T
     let mut normal = [0.0, 0.0];
     normal[axis] = if distance > 0.0 { 1.0 } else { -1.0 };
     let mut point = position;
-    point[axis] = place;
+    point[axis] = wall.place;
     Some(Touch {
         overlap,
         normal,
@@ -108,12 +83,8 @@ pub fn wall(axis: Axis, place: f64, position: [f64; 2], radius: f64) -> Option<T
 /// The rectangular punch (body 1) and a grain. Centre outside: s from the grain's centre to the nearest
 /// point of the rectangle, u_n = R − |s|, n = −s/|s|; corners act as points. Centre inside, faces
 /// included: the nearest face decides, u_n = R + depth.
-pub fn punch(
-    centre: [f64; 2],
-    half_extents: [f64; 2],
-    position: [f64; 2],
-    radius: f64,
-) -> Option<Touch> {
+pub fn punch(punch: &Punch, position: [f64; 2], radius: f64) -> Option<Touch> {
+    let (centre, half_extents) = (punch.centre, punch.half_extents);
     let relative = [position[0] - centre[0], position[1] - centre[1]];
     let nearest = [0, 1].map(|axis| relative[axis].clamp(-half_extents[axis], half_extents[axis]));
     if nearest == relative {
@@ -177,7 +148,6 @@ impl Memory {
     }
 }
 
-/// Parameters of one contact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Parameters {
     /// Normal stiffness, N/m.
@@ -199,6 +169,16 @@ pub struct Motion {
     pub spin: f64,
 }
 
+impl From<&Punch> for Motion {
+    fn from(punch: &Punch) -> Self {
+        Motion {
+            position: punch.centre,
+            velocity: [0.0, punch.velocity],
+            spin: 0.0,
+        }
+    }
+}
+
 /// What a contact does to its bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Action {
@@ -211,25 +191,18 @@ pub struct Action {
 /// The law with what is the same for all contacts worked out once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRules {
-    /// Whether contacts bear tangential forces.
     pub friction: bool,
-    /// Whether grains turn.
     pub rotates: bool,
     /// tan²φ.
     pub tan_squared: f64,
     /// At walls and at the punch.
     pub tan_squared_at: [f64; 2],
-    /// Whether contacts have dashpots.
     pub dashpots: bool,
-    /// Whether dashpots may pull.
     pub tension: Tension,
-    /// Which velocity counts as slip.
     pub slip_velocity: SlipVelocity,
     /// Whether corrected slip has the centres' velocities larger by (R_1 + R_2)/(R_1 + R_2 − u_n), as YADE's has.
     pub stretched: bool,
-    /// Where forces act on a grain.
     pub torque_arms: TorqueArms,
-    /// How much slip a new contact is given.
     pub new_contact_slip: NewContactSlip,
     /// s.
     pub dt: f64,
@@ -262,18 +235,8 @@ impl ContactRules {
         }
     }
 
-    /// The rules of contacts with walls.
-    pub fn at_walls(&self) -> Self {
-        let [tan_squared, _] = self.tan_squared_at;
-        ContactRules {
-            tan_squared,
-            ..self.clone()
-        }
-    }
-
-    /// The rules of contacts with the punch.
-    pub fn at_punch(&self) -> Self {
-        let [_, tan_squared] = self.tan_squared_at;
+    /// The same with this tan²φ.
+    pub fn limited_by(&self, tan_squared: f64) -> Self {
         ContactRules {
             tan_squared,
             ..self.clone()
@@ -335,8 +298,7 @@ impl ContactRules {
         [force * touch.normal[0], force * touch.normal[1]]
     }
 
-    /// Eq. 5: the shear force turns with the normal, grows by k_s times the slip of this step, and is cut
-    /// to |N| tan φ.
+    /// Eq. 5: the shear force turns with the normal, grows by k_s times the slip of this step, and is cut to |N| tan φ.
     fn move_on(
         &self,
         touch: &Touch,

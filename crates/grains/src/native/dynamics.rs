@@ -1,14 +1,16 @@
 //! The step: integrate (leapfrog, with Cundall's local damping where the scene has it), move the punch, list neighbours
 //! anew if need be, evaluate the forces.
 
+use std::time::{Duration, Instant};
+
 use multiversion::multiversion;
 
 use super::contact::{self, ContactRules};
 use super::general;
-use super::health::Trouble;
+use super::health::{self, Trouble};
 use super::neighbours::{Neighbours, Share, Skin};
 use super::springs::{self, At, Sums};
-use super::state::{Constants, State, contact_row};
+use super::state::{Constants, State};
 use super::sweep;
 use super::threads::{Team, Threads, each};
 use crate::model::Kernel;
@@ -24,19 +26,19 @@ pub enum Part {
     Punch,
 }
 
-/// Told which part of a step is under way.
-pub trait Clock {
+/// The time that the parts of steps took; where nobody asks for it nobody looks at the clock.
+#[derive(Default)]
+pub struct Clock(pub Option<[Duration; 4]>);
+
+impl Clock {
     /// Does the work of this part.
-    fn time<T>(&mut self, part: Part, work: impl FnOnce() -> T) -> T;
-}
-
-/// Nobody looks at the clock, and it costs nothing.
-struct Untimed;
-
-impl Clock for Untimed {
-    #[inline(always)]
-    fn time<T>(&mut self, _: Part, work: impl FnOnce() -> T) -> T {
-        work()
+    fn time<T>(&mut self, part: Part, work: impl FnOnce() -> T) -> T {
+        let began = self.0.map(|_| Instant::now());
+        let result = work();
+        if let (Some(spent), Some(began)) = (&mut self.0, began) {
+            spent[part as usize] += began.elapsed();
+        }
+        result
     }
 }
 
@@ -53,7 +55,6 @@ pub struct Dynamics {
     pub swept: u64,
     /// The velocities of the start are taken for those at the start, and the first step is still to come.
     half_step_to_come: bool,
-    kernel: Kernel,
     rules: ContactRules,
     team: Team,
     kept: Kept,
@@ -76,8 +77,7 @@ impl Kept {
         (self.builds, self.held) = (neighbours.builds, neighbours.held_for());
         let columns = [&state.position, &state.velocity, &state.force];
         for (kept, column) in self.columns.iter_mut().zip(columns) {
-            kept.clear();
-            kept.extend_from_slice(column);
+            kept.clone_from(column);
         }
     }
 
@@ -100,11 +100,9 @@ impl Dynamics {
         skin: Skin,
         threads: Threads,
     ) -> Result<Self, Trouble> {
-        let kernel = constants.kernel();
         let threads = threads.of(bodies.len());
         let mut dynamics = Dynamics {
-            state: State::new(bodies, punch, kernel),
-            kernel,
+            state: State::new(bodies, punch, constants.kernel()),
             rules: constants.rules(),
             constants,
             neighbours: Neighbours::new(skin, threads, bodies.len()),
@@ -116,9 +114,9 @@ impl Dynamics {
         };
         if memory.is_empty() {
             dynamics.list_neighbours()?;
-            dynamics.evaluate_forces();
+            dynamics.evaluate_forces(&mut Clock::default());
         } else {
-            dynamics.recall(memory)?;
+            dynamics.list(Some(memory))?;
             // Neither slip nor a limit: what is remembered stays to the bit.
             let rules = ContactRules {
                 dt: 0.0,
@@ -127,7 +125,7 @@ impl Dynamics {
                 ..dynamics.rules.clone()
             };
             let rules = std::mem::replace(&mut dynamics.rules, rules);
-            dynamics.evaluate_forces();
+            dynamics.evaluate_forces(&mut Clock::default());
             dynamics.rules = rules;
         }
         dynamics.half_step_to_come = dynamics.constants.half_step_start;
@@ -137,25 +135,19 @@ impl Dynamics {
     /// Goes on with other constants. Forces stay what they are until the next step, and so do shear forces of contacts.
     pub fn change(&mut self, constants: Constants) -> Result<(), Trouble> {
         let memory = self.contacts().1;
-        self.kernel = constants.kernel();
         self.rules = constants.rules();
         self.constants = constants;
-        self.state.suit(self.kernel);
-        self.recall(&memory)
-    }
-
-    /// Lists the neighbours anew, and contacts remember this.
-    fn recall(&mut self, memory: &[Remembered]) -> Result<(), Trouble> {
-        self.list(Some(memory))
+        self.state.suit(self.constants.kernel());
+        self.list(Some(&memory))
     }
 
     /// One time step.
     pub fn step(&mut self) -> Result<(), Trouble> {
-        self.step_timed(&mut Untimed)
+        self.step_timed(&mut Clock::default())
     }
 
     /// The same with a clock that is told which part of the step is under way.
-    pub fn step_timed(&mut self, clock: &mut impl Clock) -> Result<(), Trouble> {
+    pub fn step_timed(&mut self, clock: &mut Clock) -> Result<(), Trouble> {
         let fastest = self.advance(clock);
         let held = clock.time(Part::Integration, || {
             let punch_height = self.state.punch.map(|punch| punch.centre[1]);
@@ -165,12 +157,12 @@ impl Dynamics {
         if !held {
             clock.time(Part::NeighbourLists, || self.list_neighbours())?;
         }
-        self.evaluate_forces_timed(clock);
+        self.evaluate_forces(clock);
         Ok(())
     }
 
     /// Moves grains and punch.
-    fn advance(&mut self, clock: &mut impl Clock) -> Fastest {
+    fn advance(&mut self, clock: &mut Clock) -> Fastest {
         if self.half_step_to_come {
             self.half_a_step_back();
             self.half_step_to_come = false;
@@ -182,18 +174,12 @@ impl Dynamics {
             punch.centre[1] += punch.velocity * dt;
         }
         clock.time(Part::Integration, || {
-            let State {
-                position,
-                velocity,
-                force,
-                component_mass,
-                spin,
-                torque,
-                inertia,
-                ..
-            } = &mut self.state;
-            let moved: Moved = ((position, velocity), (force, component_mass));
-            let turned: Turned = (spin, (torque, inertia));
+            let state = &mut self.state;
+            let moved: Moved = (
+                (&mut state.position, &mut state.velocity),
+                (&state.force, &state.component_mass),
+            );
+            let turned: Turned = (&mut state.spin, (&state.torque, &state.inertia));
             let rotates = self.constants.law.rotates();
             let advance = |_: &mut Share, (moved, turned): (Moved, Turned)| {
                 if rotates {
@@ -202,7 +188,7 @@ impl Dynamics {
                 integrate(moved, dt, gravity, alpha)
             };
             let shares = &mut self.neighbours.shares;
-            let all = || each(shares, (moved, turned), &advance, &faster);
+            let all = || each(shares, Share::first, (moved, turned), &advance, &faster);
             self.team.together(all)
         })
     }
@@ -224,7 +210,8 @@ impl Dynamics {
 
     /// At least one step and at most so many; says how many it were.
     fn some_steps(&mut self, most: u64) -> Result<u64, Trouble> {
-        let alone = self.kernel == Kernel::General || self.state.punch.is_some();
+        let general = self.constants.kernel() == Kernel::General;
+        let alone = general || self.state.punch.is_some();
         let ahead = match alone || self.half_step_to_come {
             true => 1,
             false => self.neighbours.steps_ahead(most),
@@ -234,14 +221,9 @@ impl Dynamics {
             return Ok(1);
         }
         self.kept.keep(&self.state, &self.neighbours);
-        let Dynamics {
-            state,
-            neighbours,
-            constants,
-            ..
-        } = self;
-        let speeds = sweep::sweep(state, neighbours, constants, ahead);
-        if !neighbours.held(&speeds[..ahead], constants.dt) {
+        let (state, list) = (&mut self.state, &mut self.neighbours);
+        let speeds = sweep::sweep(state, list, &self.constants, ahead);
+        if !list.held(&speeds[..ahead], self.constants.dt) {
             self.go_back(ahead as u32)?;
             self.step()?;
             return Ok(1);
@@ -255,8 +237,8 @@ impl Dynamics {
         let since = self.neighbours.held_for() - steps - self.kept.held;
         self.kept.put_back(&mut self.state);
         for _ in 0..since {
-            self.advance(&mut Untimed);
-            self.evaluate_forces();
+            self.advance(&mut Clock::default());
+            self.evaluate_forces(&mut Clock::default());
         }
         self.list_neighbours()
     }
@@ -267,32 +249,22 @@ impl Dynamics {
     }
 
     fn list(&mut self, memory: Option<&[Remembered]>) -> Result<(), Trouble> {
-        let Dynamics {
-            state, constants, ..
-        } = self;
-        super::health::check(state, constants)?;
-        self.neighbours.build(state, constants, memory, &self.team);
+        health::check(&self.state, &self.constants)?;
+        let state = &mut self.state;
+        self.neighbours
+            .build(state, &self.constants, memory, &self.team);
         Ok(())
     }
 
-    fn evaluate_forces(&mut self) {
-        self.evaluate_forces_timed(&mut Untimed);
-    }
-
-    fn evaluate_forces_timed(&mut self, clock: &mut impl Clock) {
+    fn evaluate_forces(&mut self, clock: &mut Clock) {
         self.punch_is_new = false;
-        let general = self.kernel == Kernel::General;
+        let general = self.constants.kernel() == Kernel::General;
         clock.time(Part::Contacts, || {
-            let Dynamics {
-                state,
-                constants,
-                rules,
-                ..
-            } = self;
             // Apart from the state, which all read.
-            let mut force = std::mem::take(&mut state.force);
-            let mut torque = std::mem::take(&mut state.torque);
-            let (seen, shares) = (&*state, &mut self.neighbours.shares);
+            let mut force = std::mem::take(&mut self.state.force);
+            let mut torque = std::mem::take(&mut self.state.torque);
+            let (seen, shares) = (&self.state, &mut self.neighbours.shares);
+            let (constants, rules) = (&self.constants, &self.rules);
             let sums = (force.as_mut_slice(), torque.as_mut_slice());
             let evaluate = |share: &mut Share, sums: (&mut [[f64; 2]], &mut [f64])| match general {
                 true => general::evaluate_forces(share, seen, sums, constants, rules),
@@ -305,63 +277,29 @@ impl Dynamics {
                 }
             };
             let both = |(), ()| ();
-            self.team.together(|| each(shares, sums, &evaluate, &both));
-            (state.force, state.torque) = (force, torque);
+            let all = || each(shares, Share::first, sums, &evaluate, &both);
+            self.team.together(all);
+            (self.state.force, self.state.torque) = (force, torque);
         });
-        clock.time(Part::Punch, || match general {
-            true => {
-                let Dynamics {
-                    state,
-                    neighbours,
-                    constants,
-                    rules,
-                    ..
-                } = self;
-                general::punch_contacts(state, neighbours, constants, rules);
-            }
-            false => self.add_punch_forces(),
+        clock.time(Part::Punch, || {
+            let (state, list) = (&mut self.state, &mut self.neighbours);
+            general::punch_contacts(state, list, &self.constants, &self.rules);
         });
-    }
-
-    fn add_punch_forces(&mut self) {
-        let Some(punch) = self.state.punch else {
-            return;
-        };
-        let mut on_punch = 0.0;
-        for &at in &self.neighbours.by_punch {
-            let at = at as usize;
-            if let Some(touch) = self.state.punch_touch(&punch, at) {
-                let stiffness = self.state.flat_stiffness(&self.constants, at);
-                let force = touch.spring_force(stiffness);
-                self.state.force[at][0] += force[0];
-                self.state.force[at][1] += force[1];
-                on_punch -= force[1];
-            }
-        }
-        if let Some(punch) = &mut self.state.punch {
-            punch.force = on_punch;
-        }
     }
 
     /// Takes the velocities for those at the start: v(−dt/2) = v(0) − ½dt·a.
     fn half_a_step_back(&mut self) {
         let Constants { dt, gravity, .. } = self.constants;
-        let State {
-            velocity,
-            force,
-            mass,
-            spin,
-            torque,
-            inertia,
-            ..
-        } = &mut self.state;
-        for ((velocity, force), mass) in velocity.iter_mut().zip(force).zip(mass) {
+        let state = &mut self.state;
+        let pushed = state.force.iter().zip(&state.mass);
+        for (velocity, (force, mass)) in state.velocity.iter_mut().zip(pushed) {
             for axis in 0..2 {
-                velocity[axis] -= 0.5 * dt * (force[axis] / *mass + gravity[axis]);
+                velocity[axis] -= 0.5 * dt * (force[axis] / mass + gravity[axis]);
             }
         }
-        for ((spin, torque), inertia) in spin.iter_mut().zip(torque).zip(inertia) {
-            *spin -= 0.5 * dt * (*torque / *inertia);
+        let turned = state.torque.iter().zip(&state.inertia);
+        for (spin, (torque, inertia)) in state.spin.iter_mut().zip(turned) {
+            *spin -= 0.5 * dt * (torque / inertia);
         }
     }
 
@@ -384,59 +322,14 @@ impl Dynamics {
 
     /// All contacts with what they remember, sorted by ids. Without friction that is the normal alone.
     fn contacts(&self) -> (Vec<Contact>, Vec<Remembered>) {
-        let contacts = match self.kernel {
-            Kernel::Frictionless => {
-                let remembered = |contact: Contact| {
-                    let of = Remembered {
-                        id1: contact.id1,
-                        id2: contact.id2,
-                        normal: contact.normal,
-                        shear: [0.0; 2],
-                    };
-                    (contact, of)
-                };
-                let mut contacts = self.spring_contacts();
-                contacts.sort_by_key(|contact| (contact.id1, contact.id2));
-                contacts.into_iter().map(remembered).collect()
-            }
-            Kernel::General => {
-                general::contacts(&self.state, &self.neighbours, &self.constants, &self.rules)
-            }
-        };
-        contacts.into_iter().unzip()
-    }
-
-    /// The contacts of the frictionless kernel, evaluated by the scalar law.
-    fn spring_contacts(&self) -> Vec<Contact> {
         let (state, constants) = (&self.state, &self.constants);
-        let mut contacts = Vec::new();
-        let number = |at: usize| state.number[at];
-        for (a, b) in self.neighbours.pairs(state) {
-            let (a, b) = (a as usize, b as usize);
-            if let Some(touch) = state.grain_touch(a, b) {
-                let stiffness = constants.stiffness(state.radius[a], state.radius[b]);
-                let force = touch.spring_force(stiffness);
-                contacts.push(contact_row(number(a), number(b), &touch, force));
-            }
+        let mut listed = Vec::new();
+        general::listed(state, &self.neighbours, constants, &mut listed);
+        if self.punch_is_new {
+            listed.retain(|of| of.id1 != constants.ids.punch());
         }
-        let flat = |contacts: &mut Vec<Contact>, body: u32, at: usize, touch| {
-            if let Some(touch) = touch {
-                let touch: super::contact::Touch = touch;
-                let force = touch.spring_force(state.flat_stiffness(constants, at));
-                contacts.push(contact_row(body, number(at), &touch, force));
-            }
-        };
-        for (at, wall) in self.neighbours.shares.iter().flat_map(|of| &of.by_wall) {
-            let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
-            flat(&mut contacts, wall.id, at, state.wall_touch(wall, at));
-        }
-        if let Some(punch) = state.punch.filter(|_| !self.punch_is_new) {
-            for &at in &self.neighbours.by_punch {
-                let touch = state.punch_touch(&punch, at as usize);
-                flat(&mut contacts, constants.ids.punch(), at as usize, touch);
-            }
-        }
-        contacts
+        let contact = |of| general::contact(state, constants, &self.rules, of);
+        listed.into_iter().filter_map(contact).unzip()
     }
 }
 
@@ -454,7 +347,7 @@ pub fn springs_and_walls(
     for (at, wall) in share.at_walls(places) {
         let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
         let radius = radius[at];
-        if let Some(touch) = contact::wall(wall.axis, wall.place, position[at - first], radius) {
+        if let Some(touch) = contact::wall(wall, position[at - first], radius) {
             let of_wall = touch.spring_force(constants.stiffness(radius, radius));
             force[at - from][0] += of_wall[0];
             force[at - from][1] += of_wall[1];
@@ -490,25 +383,13 @@ type Turned<'a> = (&'a mut [f64], (&'a [f64], &'a [f64]));
 
 /// Advances velocities and positions: v += dt·a, x += dt·v. With damping the acceleration, gravity
 /// included, is scaled by 1 − α·sign(a·(v + ½dt·a)); without it nothing is computed for it. Where a velocity is not
-/// a number, the fastest is not one either.
+/// a number, the fastest is not one either. Compiled for the widest vector unit that the machine has.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn integrate(of: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
-    if alpha == 0.0 {
-        undamped(of, dt, gravity)
-    } else {
-        damped(of, dt, gravity, alpha)
+    match alpha == 0.0 {
+        true => integrate_plain::<false>(of, dt, gravity, alpha),
+        false => integrate_plain::<true>(of, dt, gravity, alpha),
     }
-}
-
-/// [`integrate_plain`] with local damping, compiled for the widest vector unit that the machine has.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn damped(of: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
-    integrate_plain::<true>(of, dt, gravity, alpha)
-}
-
-/// [`integrate_plain`] without it, likewise.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn undamped(of: Moved, dt: f64, gravity: [f64; 2]) -> Fastest {
-    integrate_plain::<false>(of, dt, gravity, 0.0)
 }
 
 #[inline(always)]
@@ -594,31 +475,30 @@ fn integrate_spins((spins, (torques, inertia)): Turned, dt: f64, alpha: f64) {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::generate::initial_bodies;
-    use crate::model::Kernel;
-    use crate::scene::paper_scene;
+    use crate::model::{Kernel, Model};
+    use crate::scene::{Scene, paper_scene};
+
+    pub const SKIN: Skin = Skin::Adaptive { radius: 0.005 };
+
+    /// The grains of a scene before the first step, on exactly so many threads.
+    pub fn start(scene: &Scene, skin: Skin, threads: usize) -> Dynamics {
+        let bodies = initial_bodies(scene);
+        let constants = Constants::new(&Model::of(scene), scene.particles.count);
+        let of = Threads {
+            most: threads,
+            grains_each: 100,
+        };
+        let dynamics = Dynamics::new(&bodies, None, &[], constants, skin, of);
+        dynamics.expect("a sound start")
+    }
 
     /// One component as it is written down in the documentation.
-    fn reference(
-        x: f64,
-        v: f64,
-        force: f64,
-        mass: f64,
-        pull: f64,
-        dt: f64,
-        alpha: f64,
-    ) -> [f64; 2] {
-        let undamped = force / mass + pull;
+    fn reference([x, v]: [f64; 2], undamped: f64, dt: f64, alpha: f64) -> [f64; 2] {
         let power = undamped * (v + 0.5 * dt * undamped);
-        let sign = if power > 0.0 {
-            1.0
-        } else if power < 0.0 {
-            -1.0
-        } else {
-            0.0
-        };
+        let sign = if power == 0.0 { 0.0 } else { power.signum() };
         let acceleration = if alpha == 0.0 {
             undamped
         } else {
@@ -652,15 +532,9 @@ mod tests {
             let mut fastest = integrate(moved, dt, gravity, alpha);
             for id in 0..start.position.len() {
                 for axis in 0..2 {
-                    let [x, v] = reference(
-                        start.position[id][axis],
-                        start.velocity[id][axis],
-                        start.force[id][axis],
-                        start.mass[id],
-                        gravity[axis],
-                        dt,
-                        alpha,
-                    );
+                    let before = [start.position[id][axis], start.velocity[id][axis]];
+                    let acceleration = start.force[id][axis] / start.mass[id] + gravity[axis];
+                    let [x, v] = reference(before, acceleration, dt, alpha);
                     assert_eq!(state.position[id][axis].to_bits(), x.to_bits());
                     assert_eq!(state.velocity[id][axis].to_bits(), v.to_bits());
                     assert!(v * v <= fastest[axis]);

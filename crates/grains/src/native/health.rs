@@ -65,8 +65,7 @@ pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
     first.map_or(Ok(()), |(_, trouble)| Err(trouble))
 }
 
-/// A moment of any engine: every grain in a box of this width, and no overlap beyond the smaller radius of
-/// a pair.
+/// A moment of any engine: every grain in a box of this width, and no overlap beyond the smaller radius of a pair.
 pub fn check_moment(moment: &Snapshot, box_width: f64) -> Result<(), Trouble> {
     let bodies = &moment.bodies;
     for (id, (&x, &z)) in bodies.x.iter().zip(&bodies.z).enumerate() {

@@ -30,7 +30,7 @@ pub struct Neighbours {
     pub sweeps_always: bool,
     /// Places of the grains near the punch, in order of number.
     pub by_punch: Vec<u32>,
-    /// What contacts with the punch remember; empty for the frictionless kernel.
+    /// What contacts with the punch remember.
     pub punch_memory: Vec<Memory>,
     /// What contacts remembered before a build, sorted by ids.
     remembered: Vec<Remembered>,
@@ -49,7 +49,6 @@ pub struct Neighbours {
     pub way: f64,
     /// Steps since the build.
     held: u32,
-    /// How often it was built.
     pub builds: u64,
     cells: Cells,
     spare: Spare,
@@ -309,12 +308,11 @@ impl Neighbours {
         let general = constants.kernel() == Kernel::General;
         let mut remembered = std::mem::take(&mut self.remembered);
         remembered.clear();
-        match recalled {
-            Some(recalled) => remembered.extend_from_slice(recalled),
-            None if general => general::remembered(state, self, constants, &mut remembered),
-            None => {}
-        }
         if general {
+            match recalled {
+                Some(recalled) => remembered.extend_from_slice(recalled),
+                None => general::listed(state, self, constants, &mut remembered),
+            }
             // It goes through pairs in the order of numbers, so that is how its grains are near at hand.
             state.rearrange_by_number(&mut self.spare);
         }
@@ -332,29 +330,20 @@ impl Neighbours {
             }
             furthest
         };
-        let furthest = team.together(|| each(&mut self.shares, (), &list, &u32::max));
+        let furthest = team.together(|| each(&mut self.shares, Share::first, (), &list, &u32::max));
         self.reach = (furthest as usize).div_ceil(BLOCK).max(1);
         self.near_punch(state);
+        let number = self.by_punch.iter().map(|at| state.number[*at as usize]);
+        let memory = number.map(|id| memory_of(&remembered, constants.ids.punch(), id));
         self.punch_memory.clear();
-        if general {
-            let number = self.by_punch.iter().map(|at| state.number[*at as usize]);
-            let memory = number.map(|id| memory_of(&remembered, constants.ids.punch(), id));
-            self.punch_memory.extend(memory);
-        }
+        self.punch_memory.extend(memory);
         self.remembered = remembered;
-        self.reference.clear();
-        self.reference.extend_from_slice(&state.position);
+        self.reference.clone_from(&state.position);
         self.punch_reference = state.punch.map_or(0.0, |punch| punch.centre[1]);
         self.displaced = 0.0;
         self.gone_since = 0.0;
     }
 
-    /// The listed pairs as places of their grains, that of the lower number first.
-    pub fn pairs<'a>(&'a self, state: &'a State) -> impl Iterator<Item = (u32, u32)> + 'a {
-        self.shares.iter().flat_map(|share| share.own_pairs(state))
-    }
-
-    /// How many pairs are listed.
     pub fn len(&self) -> usize {
         self.shares.iter().map(|of| of.other.len()).sum::<usize>() / 2
     }
@@ -393,6 +382,10 @@ fn memory(of: &Remembered) -> Memory {
 }
 
 impl Share {
+    pub fn first(&self) -> usize {
+        self.places.start
+    }
+
     /// The places of a block of its rows.
     pub fn block(&self, block: usize) -> Range<usize> {
         let from = self.places.start + block * BLOCK;
@@ -405,18 +398,10 @@ impl Share {
         &self.by_wall[before(places.start)..before(places.end)]
     }
 
-    fn row(&self, place: usize) -> &[u32] {
+    /// Places of the neighbours of the grain at this place.
+    pub fn row(&self, place: usize) -> &[u32] {
         let at = place - self.places.start;
         &self.other[self.start[at] as usize..self.start[at + 1] as usize]
-    }
-
-    /// Pairs whose first grain is in this range.
-    fn own_pairs<'a>(&'a self, state: &'a State) -> impl Iterator<Item = (u32, u32)> + 'a {
-        self.places.clone().flat_map(move |first| {
-            let higher = move |other: &u32| state.number[*other as usize] > state.number[first];
-            let others = self.row(first).iter().copied().filter(higher);
-            others.map(move |second| (first as u32, second))
-        })
     }
 
     /// Lists who is near whom and near which wall. Says how many places away a neighbour is at most where grains lie by place.
@@ -473,8 +458,8 @@ impl Share {
         self.rows.build(first, &self.start, &self.other, of_pair);
     }
 
-    /// The pairs in the order of numbers, with what they remember. A pair across the border of two ranges is in both, and
-    /// both compute the same of it.
+    /// The pairs in the order of numbers, which are places here, with what they remember. A pair across the border of two
+    /// ranges is in both, and both compute the same of it.
     fn take_over(&mut self, state: &State, constants: &Constants, remembered: &[Remembered]) {
         let mut pairs = std::mem::take(&mut self.pairs);
         let places = self.other.iter().map(|other| *other as usize);
@@ -482,47 +467,38 @@ impl Share {
             (from.min(at), to.max(at + 1))
         });
         pairs.clear(from..to);
-        let State { number, place, .. } = state;
         let mut border = std::mem::take(&mut self.border);
         border.clear();
         for second in self.places.clone() {
-            let outside = |other: &&u32| !self.places.contains(&(**other as usize));
-            let others = self.row(second).iter().filter(outside);
-            let ids = others.map(|first| [number[*first as usize], number[second]]);
-            border.extend(ids.filter(|[first, second]| first < second));
+            let outside = |first: &&u32| (**first as usize) < self.places.start;
+            let before = self.row(second).iter().filter(outside);
+            border.extend(before.map(|first| [*first, second as u32]));
         }
         border.sort_unstable();
-        let mut border_left = border.as_slice();
+        let own = self.places.clone().flat_map(|first| {
+            let others = self.row(first).iter();
+            let higher = others.filter(move |second| **second as usize > first);
+            higher.map(move |second| [first as u32, *second])
+        });
         let mut left = remembered;
-        for (id1, first) in place.iter().enumerate() {
-            let (id1, first) = (id1 as u32, *first as usize);
+        for [id1, id2] in border.iter().copied().chain(own) {
             let before = left.iter().take_while(|of| of.id1 < id1).count();
             left = &left[before..];
-            let of_first = left.iter().take_while(|of| of.id1 == id1).count();
-            let old = &left[..of_first];
-            let mut push = |second: usize| {
-                let parameters = constants.of_pair(state, first, second);
-                let radii = [state.radius[first], state.radius[second]];
-                let found = old.iter().find(|of| of.id2 == number[second]);
-                let memory = found.map(memory).unwrap_or_default();
-                pairs.push([first, second], radii, &parameters, &memory);
-            };
-            if self.places.contains(&first) {
-                let higher = |other: &&u32| number[**other as usize] > id1;
-                let others = self.row(first).iter().filter(higher);
-                others.for_each(|second| push(*second as usize));
-            } else {
-                let of_first = border_left.iter().take_while(|[of, _]| *of == id1).count();
-                let (here, rest) = border_left.split_at(of_first);
-                border_left = rest;
-                here.iter()
-                    .for_each(|[_, id2]| push(place[*id2 as usize] as usize));
-            }
+            let mut of_first = left.iter().take_while(|of| of.id1 == id1);
+            let old = of_first.find(|of| of.id2 == id2).map(memory);
+            let [first, second] = [id1, id2].map(|id| id as usize);
+            let radii = [state.radius[first], state.radius[second]];
+            let parameters = constants.of_pair(state, first, second);
+            pairs.push(
+                [first, second],
+                radii,
+                &parameters,
+                &old.unwrap_or_default(),
+            );
         }
         (self.pairs, self.border) = (pairs, border);
         let memory = |(at, wall): &(u32, u32)| {
-            let wall = &constants.walls[*wall as usize];
-            memory_of(remembered, wall.id, number[*at as usize])
+            memory_of(remembered, constants.ids.wall(*wall as usize), *at)
         };
         self.wall_memory.clear();
         self.wall_memory.extend(self.by_wall.iter().map(memory));

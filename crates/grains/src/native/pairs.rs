@@ -32,7 +32,7 @@ pub struct Block {
 }
 
 /// The listed pairs in the order of their sums. Reused from build to build.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Pairs {
     blocks: Vec<Block>,
     len: usize,
@@ -359,7 +359,7 @@ fn torque(arm: Vector, force: Vector) -> Lanes {
 #[cfg(test)]
 mod tests {
     use super::super::dynamics::Dynamics;
-    use super::super::neighbours::Skin;
+    use super::super::dynamics::tests::SKIN;
     use super::super::state::Constants;
     use super::super::threads::Threads;
     use super::*;
@@ -371,15 +371,13 @@ mod tests {
     fn reference(state: &State, pairs: &Pairs, rules: &ContactRules) -> (Vec<Sum>, Vec<Memory>) {
         let mut sums = vec![[0.0; 4]; state.position.len()];
         let mut memories = Vec::new();
-        for at in 0..pairs.len {
+        for (at, ([a, b], mut memory)) in pairs.memories().enumerate() {
             let (block, lane) = (&pairs.blocks[at / LANES], at % LANES);
-            let (a, b) = (block.first[lane] as usize, block.second[lane] as usize);
             let of = Parameters {
                 k_n: block.k_n.0[lane],
                 k_s: block.k_s.0[lane],
                 c_n: block.c_n.0[lane],
             };
-            let (_, mut memory) = pairs.memories().nth(at).expect("it is listed");
             let Some(touch) = state.grain_touch(a, b) else {
                 memories.push(Memory::default());
                 continue;
@@ -443,30 +441,18 @@ mod tests {
         let (mut touching, mut sheared) = (0, 0);
         for constants in laws() {
             let rules = constants.rules();
-            let skin = Skin::Adaptive { radius: 0.005 };
-            let mut dynamics =
-                Dynamics::new(&bodies, None, &[], constants, skin, Threads::default())
-                    .expect("a sound start");
+            let dynamics = Dynamics::new(&bodies, None, &[], constants, SKIN, Threads::default());
+            let mut dynamics = dynamics.expect("a sound start");
             for step in 1..=4000 {
                 // What contacts remember of the step before; a list that was made anew has other pairs.
-                let (blocks, len) = match step % 1999 {
-                    0 => {
-                        let pairs = &dynamics.neighbours.shares[0].pairs;
-                        (pairs.blocks.clone(), pairs.len)
-                    }
-                    _ => (Vec::new(), 0),
-                };
-                let builds = dynamics.neighbours.builds;
+                let list = &dynamics.neighbours;
+                let pairs = (step % 1999 == 0).then(|| list.shares[0].pairs.clone());
+                let builds = list.builds;
                 dynamics.step().expect("a sound step");
-                if len == 0 || dynamics.neighbours.builds > builds {
+                let Some(pairs) = pairs.filter(|_| dynamics.neighbours.builds == builds) else {
                     continue;
-                }
-                let state = &dynamics.state;
-                let pairs = Pairs {
-                    blocks,
-                    len,
-                    ..Pairs::default()
                 };
+                let state = &dynamics.state;
                 let (expected, memories) = reference(state, &pairs, &rules);
                 let all = (state, &(0..state.position.len()));
                 let plain = |blocks: &mut [Block], sums: &mut [Sum]| {
@@ -476,9 +462,9 @@ mod tests {
                     sum_forces(blocks, all, &rules, sums);
                 };
                 for sum in [&plain as &dyn Fn(&mut [Block], &mut [Sum]), &widest] {
-                    let mut blocks = pairs.blocks.clone();
+                    let mut after = pairs.clone();
                     let mut sums = vec![[0.0; 4]; expected.len()];
-                    sum(&mut blocks, &mut sums);
+                    sum(&mut after.blocks, &mut sums);
                     for (id, (sum, expected)) in sums.iter().zip(&expected).enumerate() {
                         assert_eq!(
                             sum.map(f64::to_bits),
@@ -486,11 +472,6 @@ mod tests {
                             "grain {id}, step {step}: {sum:?} for {expected:?}, {rules:?}"
                         );
                     }
-                    let after = Pairs {
-                        blocks,
-                        len: pairs.len,
-                        ..Pairs::default()
-                    };
                     for (at, (expected, (_, memory))) in
                         memories.iter().zip(after.memories()).enumerate()
                     {
@@ -505,9 +486,7 @@ mod tests {
                 sheared += memories.iter().filter(|of| of.shear != [0.0; 2]).count();
             }
         }
-        assert!(
-            touching > 10_000 && sheared > 5_000,
-            "{touching}, {sheared}"
-        );
+        assert!(touching > 10_000, "{touching}");
+        assert!(sheared > 5_000, "{sheared}");
     }
 }

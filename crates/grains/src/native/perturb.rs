@@ -8,10 +8,9 @@ use chacha20::ChaCha8Rng;
 use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-use super::contact::Axis;
 use super::state::{Constants, State};
 use crate::generate::{initial_bodies, symmetric};
-use crate::model::{Law, Model};
+use crate::model::{Axis, Model, Wall};
 use crate::scene::{Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use crate::tables::Bodies;
 
@@ -19,86 +18,126 @@ use crate::tables::Bodies;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Perturbation {
-    /// A quantity is multiplied by 1 + the size.
-    Sized(Quantity, f64),
-    /// Something is done in another way.
-    Switched(Switch),
+    /// The quantity of this name is multiplied by 1 + the size.
+    Sized(&'static str, f64),
+    Switched(&'static str),
     /// The same steps take so many times as long, 1 to 100: a fault that no result shows, only a clock.
     Slowed(f64),
 }
 
-/// What can be a little wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Every k_n.
-    Stiffness,
-    /// Every k_s.
-    ShearStiffness,
-    /// Young's modulus, so k_n and k_s.
-    Modulus,
-    /// Gravity.
-    Gravity,
-    /// Density: every mass and moment of inertia.
-    Density,
-    /// The damping number.
-    Damping,
-    /// The friction angle.
-    Friction,
-    /// The damping constant of the dashpots, or the restitution.
-    Dashpot,
-    /// The radius of grain 0, at its contacts only.
-    Radius,
-    /// The time step.
-    TimeStep,
-    /// The moment of inertia of grain 0.
-    Inertia,
-    /// The right wall is moved by this share of its place; without one, the last wall.
-    Wall,
-}
+/// Faults by their names.
+type Faults<T> = [(&'static str, T)];
 
-/// What can be done in another way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Switch {
-    /// The forces on a grain are summed from the highest partner down.
-    Sums,
-    /// The right wall is not there; without one, the last wall.
-    Wall,
-    /// Damping adds energy instead of taking it.
-    DampingSign,
-    /// The initial velocities are taken for those at the start.
-    Start,
-    /// Half overlap and contact point change places.
-    TorqueArms,
-    /// Corrected and contact point velocity change places.
-    Ratcheting,
-    /// Clipped and unclipped tension change places.
-    Clipping,
-}
-
-const QUANTITIES: &[(&str, Quantity)] = &[
-    ("stiffness", Quantity::Stiffness),
-    ("shear-stiffness", Quantity::ShearStiffness),
-    ("modulus", Quantity::Modulus),
-    ("gravity", Quantity::Gravity),
-    ("density", Quantity::Density),
-    ("damping", Quantity::Damping),
-    ("friction", Quantity::Friction),
-    ("dashpot", Quantity::Dashpot),
-    ("radius", Quantity::Radius),
-    ("time-step", Quantity::TimeStep),
-    ("inertia", Quantity::Inertia),
-    ("wall", Quantity::Wall),
+/// What can be a little wrong, and what multiplies it by a factor.
+const QUANTITIES: &Faults<fn(&mut Constants, &mut Bodies, f64)> = &[
+    // Every k_n.
+    ("stiffness", |of, _, by| of.normal_factor *= by),
+    // Every k_s. Without friction it has no effect, so it is no fault.
+    ("shear-stiffness", |of, _, by| {
+        if of.law.has_friction() {
+            of.tangential_factor *= by;
+        }
+    }),
+    // Young's modulus, so k_n and k_s.
+    ("modulus", |of, _, by| of.law.modulus *= by),
+    ("gravity", |of, _, by| {
+        of.gravity = of.gravity.map(|g| g * by)
+    }),
+    // Every mass and moment of inertia.
+    ("density", |_, bodies, by| {
+        let all = bodies.mass.iter_mut().chain(&mut bodies.inertia);
+        all.for_each(|value| *value *= by);
+    }),
+    ("damping", |of, _, by| of.alpha *= by),
+    ("friction", |of, _, by| {
+        let others = [
+            &mut of.law.wall_friction_angle,
+            &mut of.law.punch_friction_angle,
+        ];
+        let angles = others
+            .into_iter()
+            .flatten()
+            .chain([&mut of.law.friction_angle]);
+        angles.for_each(|angle| *angle *= by);
+    }),
+    // The damping constant of the dashpots, or the restitution.
+    ("dashpot", |of, _, by| {
+        of.change_law(|law| match &mut law.contact.viscosity {
+            Viscosity::None => {}
+            Viscosity::Dashpot { c_n, .. } => *c_n *= by,
+            Viscosity::Restitution { e_n, .. } => *e_n *= by,
+        });
+    }),
+    // Of grain 0, at its contacts only.
+    ("radius", |_, bodies, by| first(&mut bodies.radius, by)),
+    ("time-step", |of, _, by| of.dt *= by),
+    // Of grain 0.
+    ("inertia", |_, bodies, by| first(&mut bodies.inertia, by)),
+    // The right wall is moved by this share of its place.
+    ("wall", |of, _, by| right_wall(of, |wall| wall.place *= by)),
 ];
 
-const SWITCHES: &[(&str, Switch)] = &[
-    ("sums=reversed", Switch::Sums),
-    ("wall=missing", Switch::Wall),
-    ("damping=wrong-sign", Switch::DampingSign),
-    ("start=half-step", Switch::Start),
-    ("torque-arms=other", Switch::TorqueArms),
-    ("ratcheting=other", Switch::Ratcheting),
-    ("clipping=other", Switch::Clipping),
+/// What can be done in another way. Where nothing slips or turns, another slip velocity or arm is no fault.
+const SWITCHES: &Faults<fn(&mut Constants)> = &[
+    // The forces on a grain are summed from the highest partner down.
+    ("sums=reversed", |of| of.reversed_sums = true),
+    // The right wall is where nothing comes near it.
+    ("wall=missing", |of| {
+        right_wall(of, |wall| wall.place = f64::INFINITY)
+    }),
+    // Damping adds energy instead of taking it.
+    ("damping=wrong-sign", |of| of.alpha = -of.alpha),
+    // The initial velocities are taken for those at the start.
+    ("start=half-step", |of| of.half_step_start = true),
+    // Half overlap and contact point change places.
+    ("torque-arms=other", |of| {
+        if of.law.rotates() {
+            of.law.contact.torque_arms = match of.law.contact.torque_arms {
+                TorqueArms::HalfOverlap => TorqueArms::ContactPoint,
+                TorqueArms::ContactPoint => TorqueArms::HalfOverlap,
+            }
+        }
+    }),
+    // Corrected and contact point velocity change places.
+    ("ratcheting=other", |of| {
+        if of.law.has_friction() {
+            of.law.contact.slip_velocity = match of.law.contact.slip_velocity {
+                SlipVelocity::RatchetingCorrected => SlipVelocity::ContactPoint,
+                SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
+            }
+        }
+    }),
+    // Clipped and unclipped tension change places.
+    ("clipping=other", |of| {
+        of.change_law(|law| match &mut law.contact.viscosity {
+            Viscosity::None => {}
+            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => {
+                *tension = match tension {
+                    Tension::Clipped => Tension::Unclipped,
+                    Tension::Unclipped => Tension::Clipped,
+                }
+            }
+        });
+    }),
 ];
+
+fn first(column: &mut [f64], by: f64) {
+    column.iter_mut().take(1).for_each(|value| *value *= by);
+}
+
+/// The wall x > 0 with the lowest id; without one, the last wall.
+fn right_wall(constants: &mut Constants, change: impl FnOnce(&mut Wall)) {
+    let walls = &mut constants.walls;
+    let right = |wall: &Wall| wall.axis == Axis::X && wall.place > 0.0;
+    let at = walls.iter().position(right).or(walls.len().checked_sub(1));
+    if let Some(at) = at {
+        change(&mut walls[at]);
+    }
+}
+
+fn named<T: Copy>(table: &Faults<T>, name: &str) -> Option<(&'static str, T)> {
+    table.iter().find(|of| of.0 == name).copied()
+}
 
 const SLOW: &str = "slow";
 
@@ -109,39 +148,25 @@ const SLOWEST: f64 = 100.0;
 #[derive(Debug, thiserror::Error)]
 #[error(
     "unknown perturbation {found:?}; write one of {} with a number S, or one of {}, or slow=F with a factor F of 1 to {SLOWEST}",
-    quantities(),
-    switches()
+    Perturbation::quantities().map(|name| format!("{name}=S")).collect::<Vec<_>>().join(", "),
+    Perturbation::switches().collect::<Vec<_>>().join(", ")
 )]
 pub struct PerturbationError {
     found: String,
 }
 
-fn quantities() -> String {
-    let names: Vec<String> = QUANTITIES
-        .iter()
-        .map(|(name, _)| format!("{name}=S"))
-        .collect();
-    names.join(", ")
-}
-
-fn switches() -> String {
-    let names: Vec<&str> = SWITCHES.iter().map(|(name, _)| *name).collect();
-    names.join(", ")
-}
-
 impl Perturbation {
-    /// All quantities that can be a little wrong.
-    pub fn quantities() -> impl Iterator<Item = Quantity> {
-        QUANTITIES.iter().map(|(_, quantity)| *quantity)
+    /// The names of all quantities that can be a little wrong.
+    pub fn quantities() -> impl Iterator<Item = &'static str> {
+        QUANTITIES.iter().map(|of| of.0)
     }
 
-    /// All things that can be done in another way.
-    pub fn switches() -> impl Iterator<Item = Switch> {
-        SWITCHES.iter().map(|(_, switch)| *switch)
+    /// The names of all things that can be done in another way.
+    pub fn switches() -> impl Iterator<Item = &'static str> {
+        SWITCHES.iter().map(|of| of.0)
     }
 
-    /// Whether a run of this scene is any different with the fault: without gravity, a fault in
-    /// gravity is none.
+    /// Whether a run of this scene is any different with the fault: without gravity, a fault in it is none.
     pub fn changes(self, scene: &Scene) -> bool {
         let bodies = initial_bodies(scene);
         let mut stages = scene.stages();
@@ -159,8 +184,16 @@ impl Perturbation {
     /// Puts the fault in.
     pub(super) fn apply(self, constants: &mut Constants, bodies: &mut Bodies) {
         match self {
-            Perturbation::Sized(quantity, size) => scale(quantity, 1.0 + size, constants, bodies),
-            Perturbation::Switched(switch) => change(switch, constants),
+            Perturbation::Sized(name, size) => {
+                if let Some((_, scale)) = named(QUANTITIES, name) {
+                    scale(constants, bodies, 1.0 + size);
+                }
+            }
+            Perturbation::Switched(name) => {
+                if let Some((_, change)) = named(SWITCHES, name) {
+                    change(constants);
+                }
+            }
             Perturbation::Slowed(_) => {}
         }
     }
@@ -172,145 +205,36 @@ impl Perturbation {
             Perturbation::Sized(..) | Perturbation::Switched(_) => None,
         }
     }
-}
 
-fn scale(quantity: Quantity, factor: f64, constants: &mut Constants, bodies: &mut Bodies) {
-    let all = |column: &mut Vec<f64>| column.iter_mut().for_each(|value| *value *= factor);
-    match quantity {
-        Quantity::Stiffness => constants.normal_factor *= factor,
-        // Without friction it has no effect, so it is no fault.
-        Quantity::ShearStiffness if !constants.law.has_friction() => {}
-        Quantity::ShearStiffness => constants.tangential_factor *= factor,
-        Quantity::Modulus => constants.change_law(|law| law.modulus *= factor),
-        Quantity::Gravity => constants.gravity = constants.gravity.map(|g| g * factor),
-        Quantity::Density => {
-            all(&mut bodies.mass);
-            all(&mut bodies.inertia);
+    fn known(text: &str) -> Option<Self> {
+        if let Some((name, _)) = named(SWITCHES, text) {
+            return Some(Perturbation::Switched(name));
         }
-        Quantity::Damping => constants.alpha *= factor,
-        Quantity::Friction => constants.change_law(|law| {
-            law.friction_angle *= factor;
-            let others = [&mut law.wall_friction_angle, &mut law.punch_friction_angle];
-            others
-                .into_iter()
-                .flatten()
-                .for_each(|angle| *angle *= factor);
-        }),
-        Quantity::Dashpot => constants.change_law(|law| match &mut law.contact.viscosity {
-            Viscosity::None => {}
-            Viscosity::Dashpot { c_n, .. } => *c_n *= factor,
-            Viscosity::Restitution { e_n, .. } => *e_n *= factor,
-        }),
-        Quantity::Radius => bodies.radius.iter_mut().take(1).for_each(|r| *r *= factor),
-        Quantity::TimeStep => constants.dt *= factor,
-        Quantity::Inertia => bodies.inertia.iter_mut().take(1).for_each(|i| *i *= factor),
-        Quantity::Wall => {
-            let at = right_wall(constants);
-            if let Some(wall) = at.and_then(|at| constants.walls.get_mut(at)) {
-                wall.place *= factor;
-            }
+        let (what, size) = text.split_once('=')?;
+        let size: f64 = size.parse().ok()?;
+        if what == SLOW && (1.0..=SLOWEST).contains(&size) {
+            return Some(Perturbation::Slowed(size));
         }
+        let (name, _) = named(QUANTITIES, what).filter(|_| size.is_finite())?;
+        Some(Perturbation::Sized(name, size))
     }
-}
-
-fn change(switch: Switch, constants: &mut Constants) {
-    match switch {
-        Switch::Sums => constants.reversed_sums = true,
-        Switch::Wall => {
-            if let Some(at) = right_wall(constants) {
-                constants.walls.remove(at);
-            }
-        }
-        Switch::DampingSign => constants.alpha = -constants.alpha,
-        Switch::Start => constants.half_step_start = true,
-        Switch::TorqueArms | Switch::Ratcheting | Switch::Clipping => {
-            constants.change_law(|law| change_law(switch, law));
-        }
-    }
-}
-
-/// Where nothing slips or turns, another slip velocity or arm is no fault.
-fn change_law(switch: Switch, law: &mut Law) {
-    let (rotates, slips) = (law.rotates(), law.has_friction());
-    let contact = &mut law.contact;
-    match (switch, &mut contact.viscosity) {
-        (Switch::TorqueArms, _) if rotates => {
-            contact.torque_arms = match contact.torque_arms {
-                TorqueArms::HalfOverlap => TorqueArms::ContactPoint,
-                TorqueArms::ContactPoint => TorqueArms::HalfOverlap,
-            }
-        }
-        (Switch::Ratcheting, _) if slips => {
-            contact.slip_velocity = match contact.slip_velocity {
-                SlipVelocity::RatchetingCorrected => SlipVelocity::ContactPoint,
-                SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
-            }
-        }
-        (
-            Switch::Clipping,
-            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. },
-        ) => {
-            *tension = match tension {
-                Tension::Clipped => Tension::Unclipped,
-                Tension::Unclipped => Tension::Clipped,
-            }
-        }
-        _ => {}
-    }
-}
-
-/// The wall x > 0 with the lowest id; without one, the last wall.
-fn right_wall(constants: &Constants) -> Option<usize> {
-    let walls = &constants.walls;
-    let right = |wall: &super::state::Wall| wall.axis == Axis::X && wall.place > 0.0;
-    walls.iter().position(right).or(walls.len().checked_sub(1))
 }
 
 impl FromStr for Perturbation {
     type Err = PerturbationError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let unknown = || PerturbationError {
+        Perturbation::known(text).ok_or_else(|| PerturbationError {
             found: text.to_owned(),
-        };
-        if let Some((_, switch)) = SWITCHES.iter().find(|(name, _)| *name == text) {
-            return Ok(Perturbation::Switched(*switch));
-        }
-        let (what, size) = text.split_once('=').ok_or_else(unknown)?;
-        let size: f64 = size.parse().map_err(|_| unknown())?;
-        if what == SLOW && (1.0..=SLOWEST).contains(&size) {
-            return Ok(Perturbation::Slowed(size));
-        }
-        let (_, quantity) = QUANTITIES
-            .iter()
-            .find(|(name, _)| *name == what)
-            .ok_or_else(unknown)?;
-        if !size.is_finite() {
-            return Err(unknown());
-        }
-        Ok(Perturbation::Sized(*quantity, size))
-    }
-}
-
-impl fmt::Display for Quantity {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = QUANTITIES.iter().find(|(_, of)| of == self);
-        out.write_str(name.map_or("", |(name, _)| name))
-    }
-}
-
-impl fmt::Display for Switch {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = SWITCHES.iter().find(|(_, of)| of == self);
-        out.write_str(name.map_or("", |(name, _)| name))
+        })
     }
 }
 
 impl fmt::Display for Perturbation {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Perturbation::Sized(quantity, size) => write!(out, "{quantity}={size:e}"),
-            Perturbation::Switched(switch) => write!(out, "{switch}"),
+            Perturbation::Sized(name, size) => write!(out, "{name}={size:e}"),
+            Perturbation::Switched(name) => out.write_str(name),
             Perturbation::Slowed(factor) => write!(out, "{SLOW}={factor}"),
         }
     }
@@ -354,16 +278,10 @@ const KEY: &[u8; 32] = b"crossgrain: rounding of replicas";
 
 impl Noise {
     pub(super) fn begin(self) -> Shaker {
-        Shaker {
-            noise: self,
-            random: self.random(),
-        }
-    }
-
-    fn random(self) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::from_seed(*KEY);
         random.set_stream(self.replica);
-        random
+        let noise = self;
+        Shaker { noise, random }
     }
 }
 
@@ -371,26 +289,21 @@ impl Shaker {
     /// Before the first step or after one.
     pub(super) fn shake(&mut self, state: &mut State, constants: &Constants) {
         if self.noise.replica % 2 == 1 {
-            self.random = self.noise.random();
+            *self = self.noise.begin();
         }
-        let Noise {
-            position,
-            velocity,
-            overlap,
-            ..
-        } = self.noise;
+        let off = self.noise;
         for id in 0..state.mass.len() {
             let id = state.place[id] as usize;
             let (radius, mass) = (state.radius[id], state.mass[id]);
             let kick = if state.force[id] == [0.0; 2] {
                 0.0
             } else {
-                constants.dt * constants.stiffness(radius, radius) * overlap / mass
+                constants.dt * constants.stiffness(radius, radius) * off.overlap / mass
             };
             for axis in 0..2 {
                 let of = &mut self.random;
-                state.position[id][axis] *= 1.0 + position * symmetric(of);
-                state.velocity[id][axis] *= 1.0 + velocity * symmetric(of);
+                state.position[id][axis] *= 1.0 + off.position * symmetric(of);
+                state.velocity[id][axis] *= 1.0 + off.velocity * symmetric(of);
                 let kick = kick * symmetric(of);
                 state.velocity[id][axis] += kick;
                 // The step has moved it already.
@@ -399,7 +312,7 @@ impl Shaker {
             if !state.inertia.is_empty() {
                 // A force that is off by k times the overlap's error turns the grain at most with the arm R.
                 let turn = kick * mass * radius / state.inertia[id];
-                state.spin[id] *= 1.0 + velocity * symmetric(&mut self.random);
+                state.spin[id] *= 1.0 + off.velocity * symmetric(&mut self.random);
                 state.spin[id] += turn * symmetric(&mut self.random);
             }
         }

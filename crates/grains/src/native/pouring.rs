@@ -115,7 +115,12 @@ pub fn pour(
     let look_every = scene.settle.check_every as f64 * scene.time_step_seconds();
     let mut bed = None;
     for phase in phases {
-        let scene = of_phase(scene, phase);
+        let mut scene = scene.clone();
+        scene.material.youngs_modulus *= phase.modulus;
+        scene.damping = Damping::Cundall { alpha: phase.alpha };
+        scene.time_step = TimeStep::Fraction {
+            of_sqrt_m_over_k: phase.step,
+        };
         let dt = scene.time_step_seconds();
         let (length, fraction) = match phase.end {
             End::Seconds(seconds) => (seconds, None),
@@ -149,14 +154,4 @@ pub fn pour(
         settled,
         energy_seen: peak,
     }))
-}
-
-fn of_phase(scene: &Scene, phase: &Phase) -> Scene {
-    let mut scene = scene.clone();
-    scene.material.youngs_modulus *= phase.modulus;
-    scene.damping = Damping::Cundall { alpha: phase.alpha };
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: phase.step,
-    };
-    scene
 }

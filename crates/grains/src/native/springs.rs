@@ -198,12 +198,9 @@ impl Rows {
 #[cfg(test)]
 mod tests {
     use super::super::dynamics::Dynamics;
-    use super::super::neighbours::Skin;
+    use super::super::dynamics::tests::{SKIN, start};
     use super::super::state::{Constants, State};
-    use super::super::threads::Threads;
     use super::*;
-    use crate::generate::initial_bodies;
-    use crate::model::Model;
     use crate::scene::paper_scene;
 
     /// The obvious version: the scalar law, one pair after the other in the order of the sorted loop.
@@ -232,12 +229,7 @@ mod tests {
 
     /// Moments of a pour in which grains touch; 3,001 of them, so that a group stays unfilled.
     fn moments(mut look: impl FnMut(&Dynamics)) {
-        let scene = paper_scene(1, 3001);
-        let constants = Constants::new(&Model::of(&scene), scene.particles.count);
-        let bodies = initial_bodies(&scene);
-        let skin = Skin::Adaptive { radius: 0.005 };
-        let mut dynamics = Dynamics::new(&bodies, None, &[], constants, skin, Threads::default())
-            .expect("a sound start");
+        let mut dynamics = start(&paper_scene(1, 3001), SKIN, 1);
         for step in 1..=9000 {
             dynamics.step().expect("a sound step");
             if step % 3000 == 0 {
@@ -250,9 +242,7 @@ mod tests {
     fn lanes_have_the_bits_of_the_scalar_law_summed_pair_after_pair() {
         let mut touching = 0;
         moments(|dynamics| {
-            let Dynamics {
-                state, neighbours, ..
-            } = dynamics;
+            let (state, neighbours) = (&dynamics.state, &dynamics.neighbours);
             let expected = reference(state, &dynamics.constants);
             touching += expected.iter().filter(|force| **force != [0.0; 2]).count();
             let mut force = vec![[f64::NAN; 2]; expected.len()];
@@ -260,11 +250,7 @@ mod tests {
             let groups = 0..rows.grain.len();
             let (position, all) = (At(0, state.position.as_slice()), || groups.clone());
             sum_forces(position, rows, all(), At(0, &mut force));
-            assert_eq!(
-                bits(&force),
-                bits(&expected),
-                "this machine's widest vectors"
-            );
+            assert_eq!(bits(&force), bits(&expected), "the widest vectors");
             sum_forces_plain(position, rows, all(), At(0, &mut force));
             assert_eq!(bits(&force), bits(&expected), "the plainest machine's code");
             without_avx512(position, rows, all(), At(0, &mut force));

@@ -20,7 +20,6 @@ use crate::task::{Observer, Outcome, Seen, StageReport, Task, Until, asked_to_en
 pub struct Options {
     /// Skin of the neighbour list, m; the bits do not depend on it. `None`: by how fast the grains move.
     pub skin: Option<f64>,
-    /// A deliberate fault.
     pub perturbation: Option<Perturbation>,
     /// Threads for this one bed; the bits do not depend on them.
     pub threads: Threads,
@@ -33,12 +32,20 @@ const LOOK_UP_EVERY: u64 = 1000;
 #[derive(Debug, thiserror::Error)]
 #[error("native engine stopped in step {step} of stage {}: {trouble}", .stage.name())]
 pub struct NativeError {
-    /// The stage that was under way.
     pub stage: Stage,
     /// The step in which it was noticed.
     pub step: u64,
-    /// What it is.
     pub trouble: Trouble,
+}
+
+impl NativeError {
+    pub(super) fn at(stage: Stage, step: u64) -> impl FnOnce(Trouble) -> Self {
+        move |trouble| NativeError {
+            stage,
+            step,
+            trouble,
+        }
+    }
 }
 
 /// Runs the task; the observer sees the moments that the scene asks for.
@@ -69,11 +76,6 @@ pub fn run(
             radius: 0.5 * scene.particles.mean_diameter,
         },
     };
-    let at_start = |trouble| NativeError {
-        stage: start.stage,
-        step: start.step,
-        trouble,
-    };
     let dynamics = Dynamics::new(
         &bodies,
         punch,
@@ -85,7 +87,7 @@ pub fn run(
     let mut runner = Runner {
         scene,
         options,
-        dynamics: dynamics.map_err(at_start)?,
+        dynamics: dynamics.map_err(NativeError::at(start.stage, start.step))?,
         stage: start.stage,
         step: start.step,
         observer,
@@ -243,15 +245,11 @@ impl Runner<'_> {
             if energy <= settle.kinetic_energy_fraction * peak {
                 return Some(StopReason::Settled);
             }
-            self.settled_share(energy / peak);
+            // The energy falls about exponentially, so its logarithm tells how far settling is.
+            let share = (energy / peak).ln() / settle.kinetic_energy_fraction.ln();
+            self.observer.progress(self.stage, self.step, share);
         }
         (self.step >= settle.max_steps).then_some(StopReason::MaxSteps)
-    }
-
-    /// The energy falls about exponentially, so its logarithm tells how far settling is.
-    fn settled_share(&mut self, of_peak: f64) {
-        let share = of_peak.ln() / self.scene.settle.kinetic_energy_fraction.ln();
-        self.observer.progress(self.stage, self.step, share);
     }
 
     /// The force is reached, or the punch is too deep.
@@ -306,9 +304,7 @@ impl Runner<'_> {
         if let Some(slowness) = &mut self.slowness {
             slowness.stretch();
         }
-        let Dynamics {
-            state, constants, ..
-        } = &self.dynamics;
+        let (state, constants) = (&self.dynamics.state, &self.dynamics.constants);
         let found = health::check(state, constants)
             .and_then(|()| health::check_energy(state, state.kinetic_energy(), self.energy_limit));
         found.map_err(|trouble| self.error(self.step, trouble))
@@ -326,10 +322,7 @@ impl Runner<'_> {
         });
         let stored: f64 = stored.sum();
         let by_punch = self.scene.target_force() * self.scene.loading.give_up_depth;
-        let Dynamics {
-            state, constants, ..
-        } = &self.dynamics;
-        health::energy_limit(state, constants, stored + by_punch)
+        health::energy_limit(&self.dynamics.state, constants, stored + by_punch)
     }
 
     fn observe(&mut self) -> Result<(), NativeError> {
@@ -362,17 +355,12 @@ impl Runner<'_> {
     }
 
     fn error(&self, step: u64, trouble: Trouble) -> NativeError {
-        NativeError {
-            stage: self.stage,
-            step,
-            trouble,
-        }
+        NativeError::at(self.stage, step)(trouble)
     }
 }
 
-/// The punch at the start of loading: its axis in the middle of the box, its bottom at the top of
-/// the highest grain below it.
-pub fn first_contact_punch(scene: &Scene, bodies: &crate::tables::Bodies) -> Punch {
+/// The punch at the start of loading: in the middle of the box, its bottom at the top of the highest grain below it.
+pub fn first_contact_punch(scene: &Scene, bodies: &Bodies) -> Punch {
     let axis = scene.punch_axis();
     let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
     let mut top = 0.0f64;

@@ -1,7 +1,7 @@
 //! The state of the native engine, what a step reads and changes; and the constants of a run, which it never changes.
 
-use super::contact::{self, Axis, ContactRules, Motion, Parameters, Touch};
-use crate::model::{Kernel, Law, Model, damping_ratio};
+use super::contact::{self, ContactRules, Motion, Parameters, Touch};
+use crate::model::{Kernel, Law, Model, Wall, damping_ratio};
 use crate::scene::Viscosity;
 use crate::tables::{Bodies, BodyIds, Contact, Punch, tangential};
 
@@ -56,12 +56,11 @@ impl State {
     /// Makes room for what this kernel needs; what is there stays.
     pub fn suit(&mut self, kernel: Kernel) {
         let grains = self.position.len();
-        match kernel {
-            Kernel::Frictionless => self.torque.clear(),
-            Kernel::General => {
-                self.spin.resize(grains, 0.0);
-                self.torque.resize(grains, 0.0);
-            }
+        if kernel == Kernel::General {
+            self.spin.resize(grains, 0.0);
+            self.torque.resize(grains, 0.0);
+        } else {
+            self.torque.clear();
         }
     }
 
@@ -153,34 +152,24 @@ impl State {
         Motion {
             position: self.position[id],
             velocity: self.velocity[id],
-            spin: self.spin[id],
+            spin: self.spin.get(id).copied().unwrap_or_default(),
         }
     }
 
     /// Where the grains at places `a` and `b` touch.
     pub fn grain_touch(&self, a: usize, b: usize) -> Option<Touch> {
-        contact::grains(
-            self.position[a],
-            self.radius[a],
-            self.position[b],
-            self.radius[b],
-        )
+        let (position, radius) = (&self.position, &self.radius);
+        contact::grains([position[a], position[b]], [radius[a], radius[b]])
     }
 
     /// Where the grain at this place touches a wall.
     pub fn wall_touch(&self, wall: &Wall, id: usize) -> Option<Touch> {
-        contact::wall(wall.axis, wall.place, self.position[id], self.radius[id])
+        contact::wall(wall, self.position[id], self.radius[id])
     }
 
     /// Where the grain at this place touches the punch.
     pub fn punch_touch(&self, punch: &Punch, id: usize) -> Option<Touch> {
-        let (position, radius) = (self.position[id], self.radius[id]);
-        contact::punch(punch.centre, punch.half_extents, position, radius)
-    }
-
-    /// k_n of the grain at this place at a flat body, N/m.
-    pub fn flat_stiffness(&self, constants: &Constants, id: usize) -> f64 {
-        constants.stiffness(self.radius[id], self.radius[id])
+        contact::punch(punch, self.position[id], self.radius[id])
     }
 }
 
@@ -229,7 +218,6 @@ pub struct Constants {
     pub alpha: f64,
     /// s.
     pub dt: f64,
-    /// The walls, with ids in rising order.
     pub walls: Vec<Wall>,
     /// Ids of walls and punch.
     pub ids: BodyIds,
@@ -241,23 +229,9 @@ pub struct Constants {
     pub half_step_start: bool,
 }
 
-/// An infinite wall.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wall {
-    pub id: u32,
-    pub axis: Axis,
-    /// Its coordinate on that axis, m.
-    pub place: f64,
-}
-
 impl Constants {
     /// The model's constants for so many grains.
     pub fn new(model: &Model, grains: u32) -> Self {
-        let ids = BodyIds {
-            grains,
-            walls: model.walls.len() as u32,
-        };
-        let walls = model.walls.iter().enumerate();
         Constants {
             law: model.law.clone(),
             normal_factor: 1.0,
@@ -266,14 +240,11 @@ impl Constants {
             gravity: model.gravity,
             alpha: model.alpha,
             dt: model.dt,
-            walls: walls
-                .map(|(index, wall)| Wall {
-                    id: ids.wall(index),
-                    axis: wall.axis,
-                    place: wall.place,
-                })
-                .collect(),
-            ids,
+            walls: model.walls.clone(),
+            ids: BodyIds {
+                grains,
+                walls: model.walls.len() as u32,
+            },
             box_width: None,
             reversed_sums: false,
             half_step_start: false,
@@ -302,12 +273,13 @@ impl Constants {
         self.in_series(side(radius1), side(radius2)) * self.normal_factor
     }
 
-    /// 2ab/(a + b). YADE's law with dashpots adds compliances, which rounds in another way.
+    /// Stiffness of two grains' springs k = E·R in series, N/m: 2 k_a k_b/(k_a + k_b), which for equal moduli is Eq. 4,
+    /// k_n = 2E R_i R_j/(R_i + R_j). YADE's law with dashpots adds compliances, which rounds in another way.
     fn in_series(&self, a: f64, b: f64) -> f64 {
         if self.law.has_dashpots() {
-            contact::compliances_in_series(2.0 * a, 2.0 * b)
+            1.0 / (1.0 / (2.0 * a) + 1.0 / (2.0 * b))
         } else {
-            contact::in_series(a, b)
+            2.0 * a * b / (a + b)
         }
     }
 
@@ -323,6 +295,12 @@ impl Constants {
         self.parameters(r1, r2, m1 * m2 / (m1 + m2))
     }
 
+    /// Those of the grain at this place at a wall or the punch.
+    pub fn of_flat(&self, state: &State, at: usize) -> Parameters {
+        let radius = state.radius[at];
+        self.parameters(radius, radius, state.mass[at])
+    }
+
     /// The parameters of a contact with the effective mass m_eff, kg: m_1 m_2/(m_1 + m_2) of two
     /// grains, the grain's own at a wall or the punch.
     pub fn parameters(&self, radius1: f64, radius2: f64, effective_mass: f64) -> Parameters {
@@ -333,9 +311,7 @@ impl Constants {
             c_n: match self.law.contact.viscosity {
                 Viscosity::None => 0.0,
                 // Each body has twice the constant, and two dashpots act in series, as in YADE.
-                Viscosity::Dashpot { c_n, .. } => {
-                    contact::compliances_in_series(2.0 * c_n, 2.0 * c_n)
-                }
+                Viscosity::Dashpot { c_n, .. } => self.in_series(c_n, c_n),
                 Viscosity::Restitution { .. } => {
                     2.0 * self.damping_ratio * (effective_mass * k_n).sqrt()
                 }

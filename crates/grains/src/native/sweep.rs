@@ -21,8 +21,7 @@ pub const MOST: usize = 8;
 /// Below so many grains a bed fits in the caches, and sweeps are a little slower than single steps.
 pub const FEWEST_GRAINS: usize = 20_000;
 
-/// A share has at least so many times the blocks of the gap at one of its borders: one thread fills the gap, and another waits
-/// for it.
+/// A share has at least so many times the blocks of a gap at its border: one thread fills the gap, and another waits.
 pub const BLOCKS_OVER_GAP: usize = 12;
 
 /// The fastest of each step.
@@ -38,22 +37,9 @@ pub fn sweep(
     constants: &Constants,
     steps: usize,
 ) -> Speeds {
-    let State {
-        position,
-        velocity,
-        force,
-        component_mass,
-        radius,
-        ..
-    } = state;
-    let Neighbours {
-        shares,
-        borders,
-        reach,
-        ..
-    } = neighbours;
-    let (reach, all, count) = (*reach, position.len(), 2 * steps);
-    let fixed = (component_mass.as_slice(), radius.as_slice(), constants);
+    let (reach, all, count) = (neighbours.reach, state.position.len(), 2 * steps);
+    let (shares, borders) = (&mut neighbours.shares, &mut neighbours.borders);
+    let fixed = (&state.component_mass[..], &state.radius[..], constants);
     let fastest = |a: Speeds, b: Speeds| std::array::from_fn(|step| faster(a[step], b[step]));
     let own = |share: &mut Share, window: Window| {
         let Range { start, end } = share.places;
@@ -65,8 +51,8 @@ pub fn sweep(
         let sides = [&*share, &*share];
         halves(sides, of, (reach, count), At(start, window), fixed)
     };
-    let window: Window = ((position, velocity), force);
-    let speeds = each(shares, window, &own, &fastest);
+    let window: Window = ((&mut state.position, &mut state.velocity), &mut state.force);
+    let speeds = each(shares, Share::first, window, &own, &fastest);
     if borders.is_empty() {
         return speeds;
     }
@@ -76,8 +62,9 @@ pub fn sweep(
         let of = |half: usize| at - reach * half..at + reach * half;
         halves(sides, of, (reach, count), At(border.start, window), fixed)
     };
-    let window: Window = ((position, velocity), force);
-    fastest(speeds, each(borders, window, &gap, &fastest))
+    let window: Window = ((&mut state.position, &mut state.velocity), &mut state.force);
+    let start = |border: &Border| border.start;
+    fastest(speeds, each(borders, start, window, &gap, &fastest))
 }
 
 /// The halves of steps on the blocks that each is told to do, counted through both shares. Each begins behind the one before.
@@ -130,15 +117,10 @@ fn halves(
 #[cfg(test)]
 mod tests {
     use super::super::dynamics::Dynamics;
+    use super::super::dynamics::tests::{SKIN, start};
     use super::super::neighbours::Skin;
-    use super::super::threads::Threads;
-    use super::*;
-    use crate::generate::initial_bodies;
-    use crate::model::Model;
     use crate::scene::{Cloud, paper_scene};
     use crate::tables::{Snapshot, Stage};
-
-    const SKIN: Skin = Skin::Adaptive { radius: 0.005 };
 
     /// The moments of a pour on so many threads; `go` makes the steps from one to the next.
     fn poured(
@@ -157,14 +139,7 @@ mod tests {
             spin: 0.0,
             over: None,
         };
-        let constants = Constants::new(&Model::of(&scene), grains);
-        let bodies = initial_bodies(&scene);
-        let threads = Threads {
-            most: threads,
-            grains_each: 100,
-        };
-        let dynamics = Dynamics::new(&bodies, None, &[], constants, skin, threads);
-        let mut dynamics = dynamics.expect("a sound start");
+        let mut dynamics = start(&scene, skin, threads);
         dynamics.neighbours.sweeps_always = true;
         let moment = |moment| {
             go(&mut dynamics, 750);
@@ -190,10 +165,8 @@ mod tests {
         let expected = poured((3001, 1.0), SKIN, 1, 12, singly);
         assert!(expected.iter().any(|moment| moment.contacts.len() > 1000));
         let mut swept = 0;
-        assert_eq!(
-            poured((3001, 1.0), SKIN, 1, 12, in_sweeps(&mut swept)),
-            expected
-        );
+        let made = poured((3001, 1.0), SKIN, 1, 12, in_sweeps(&mut swept));
+        assert_eq!(made, expected);
         assert!(swept > 7000, "of 9000 steps {swept}");
     }
 

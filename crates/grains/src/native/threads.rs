@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use rayon_core::{ThreadPool, ThreadPoolBuilder, join};
 
-use super::neighbours::{Border, Share};
-
 /// How many threads may compute a bed. A bed that is too small for several has one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Threads {
@@ -68,28 +66,11 @@ impl Team {
     }
 }
 
-/// What has a range of places.
-pub trait Ranged: Send {
-    /// The first of them.
-    fn start(&self) -> usize;
-}
-
-impl Ranged for Share {
-    fn start(&self) -> usize {
-        self.places.start
-    }
-}
-
-impl Ranged for Border {
-    fn start(&self) -> usize {
-        self.start
-    }
-}
-
-/// Does the work for every range with its part of what is by place, beside each other, and puts the results together in
-/// their order. Nothing is allocated.
-pub fn each<I: Ranged, T: ByPlace, R: Send>(
+/// Does the work for every range, each with its first place, with its part of what is by place, beside each other, and puts
+/// the results together in their order. Nothing is allocated.
+pub fn each<I: Send, T: ByPlace, R: Send>(
     ranges: &mut [I],
+    first: fn(&I) -> usize,
     of: T,
     work: &(impl Fn(&mut I, T) -> R + Sync),
     both: &(impl Fn(R, R) -> R + Sync),
@@ -98,11 +79,11 @@ pub fn each<I: Ranged, T: ByPlace, R: Send>(
         return work(range, of);
     }
     let (left, right) = ranges.split_at_mut(ranges.len() / 2);
-    let places = right[0].start() - left[0].start();
+    let places = first(&right[0]) - first(&left[0]);
     let (of_left, of_right) = of.split(places);
     let (left, right) = join(
-        || each(left, of_left, work, both),
-        || each(right, of_right, work, both),
+        || each(left, first, of_left, work, both),
+        || each(right, first, of_right, work, both),
     );
     both(left, right)
 }
@@ -142,25 +123,14 @@ impl<A: ByPlace, B: ByPlace> ByPlace for (A, B) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::dynamics::Dynamics;
-    use super::super::neighbours::Skin;
-    use super::super::state::Constants;
+    use super::super::dynamics::tests::{SKIN, start};
     use super::*;
-    use crate::generate::initial_bodies;
-    use crate::model::Model;
     use crate::scene::{Scene, paper_scene};
     use crate::tables::{Snapshot, Stage};
 
     /// Moments of a pour on so many threads, in which grains touch, go from one thread's places to another's and are listed anew.
     fn moments(scene: &Scene, threads: usize) -> Vec<Snapshot> {
-        let constants = Constants::new(&Model::of(scene), scene.particles.count);
-        let (bodies, skin) = (initial_bodies(scene), Skin::Adaptive { radius: 0.005 });
-        let of = Threads {
-            most: threads,
-            grains_each: 100,
-        };
-        let dynamics = Dynamics::new(&bodies, None, &[], constants, skin, of);
-        let mut dynamics = dynamics.expect("a sound start");
+        let mut dynamics = start(scene, SKIN, threads);
         assert_eq!(dynamics.neighbours.shares.len(), threads);
         let before = dynamics.state.number.clone();
         let mut all = Vec::new();
@@ -202,10 +172,8 @@ mod tests {
     #[test]
     fn a_small_bed_has_one_thread() {
         let of = |most: usize, grains: usize| Threads::at_most(most).of(grains);
-        assert_eq!(
-            [of(8, 0), of(8, 5000), of(8, 100_000), of(2, 100_000)],
-            [1, 1, 8, 2]
-        );
+        let found = [of(8, 0), of(8, 5000), of(8, 100_000), of(2, 100_000)];
+        assert_eq!(found, [1, 1, 8, 2]);
         assert_eq!([of(0, 100_000), Threads::default().of(1_000_000)], [1, 1]);
     }
 

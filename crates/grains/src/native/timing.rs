@@ -7,7 +7,7 @@ use multiversion::multiversion;
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
-use super::dynamics::{Clock, Dynamics, Part};
+use super::dynamics::{Clock, Dynamics};
 use super::health::Trouble;
 use super::neighbours::Skin;
 use super::state::Constants;
@@ -53,7 +53,6 @@ impl ThreadTime {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Window {
-    /// Steps in it.
     pub steps: u64,
     /// Time on the clock, s.
     pub wall_seconds: f64,
@@ -77,7 +76,6 @@ impl Window {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Share {
-    /// The stage.
     pub stage: String,
     /// Between 0 and 1.
     pub share: f64,
@@ -109,14 +107,20 @@ pub fn parts_of_a_step(
     let skin = Skin::Adaptive { radius };
     let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin, Threads::default())?;
     let builds = dynamics.neighbours.builds;
-    let mut clock = Watch::default();
+    let mut clock = Clock(Some(Default::default()));
     for _ in 0..steps {
         dynamics.step_timed(&mut clock)?;
     }
+    let spent = clock.0.unwrap_or_default();
+    let total: Duration = spent.iter().sum();
+    let share = |(stage, of): (&str, Duration)| Share {
+        stage: stage.to_owned(),
+        share: of.as_secs_f64() / total.as_secs_f64(),
+    };
     let contacts = dynamics.snapshot(Stage::Settle, steps).contacts;
     let grains = bodies.len() as u32;
     Ok(Clocked {
-        shares: clock.shares(),
+        shares: PARTS.into_iter().zip(spent).map(share).collect(),
         listed_pairs: dynamics.neighbours.len(),
         touching_pairs: contacts.iter().filter(|of| of.id1 < grains).count(),
         builds: dynamics.neighbours.builds - builds,
@@ -124,39 +128,13 @@ pub fn parts_of_a_step(
     })
 }
 
-const PARTS: [(Part, &str); 4] = [
-    (Part::Integration, "integration"),
-    (Part::NeighbourLists, "neighbour lists"),
-    (Part::Contacts, "contacts between grains and at walls"),
-    (Part::Punch, "punch"),
+/// In the order of the step.
+const PARTS: [&str; 4] = [
+    "integration",
+    "neighbour lists",
+    "contacts between grains and at walls",
+    "punch",
 ];
-
-#[derive(Default)]
-struct Watch {
-    spent: [Duration; PARTS.len()],
-}
-
-impl Clock for Watch {
-    fn time<T>(&mut self, part: Part, work: impl FnOnce() -> T) -> T {
-        let began = Instant::now();
-        let result = work();
-        self.spent[part as usize] += began.elapsed();
-        result
-    }
-}
-
-impl Watch {
-    fn shares(&self) -> Vec<Share> {
-        let total: Duration = self.spent.iter().sum();
-        PARTS
-            .iter()
-            .map(|(part, words)| Share {
-                stage: (*words).to_owned(),
-                share: self.spent[*part as usize].as_secs_f64() / total.as_secs_f64(),
-            })
-            .collect()
-    }
-}
 
 /// A deliberate slowness: the same steps, to the bit, in a multiple of their time. A job proves with it that it would notice a
 /// slower kernel. Where it is not asked for it costs nothing.
