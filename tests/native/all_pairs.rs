@@ -25,112 +25,53 @@ fn outcome(scene: &Scene, task: &Task, (skin, most): (f64, usize)) -> (Outcome, 
     (outcome.expect("a native run that finishes"), keep)
 }
 
-fn assert_same(engine: &Snapshot, all: &AllPairs, when: &str) {
-    assert_eq!(engine.bodies.digest(), all.bodies.digest(), "{when}");
-    assert_eq!(engine.contacts, all.contacts, "{when}");
-    assert_eq!(engine.punch, all.punch, "{when}");
-}
-
-/// Pours this scene, as long as asked and in each way, and compares on the way.
-fn pours_like_all_pairs(scene: &Scene, steps: u64) {
-    let initial = initial_bodies(scene);
+/// Runs this scene in each way and compares every moment; what contacts remember goes from one stage into the next.
+fn is_like_all_pairs(scene: &Scene, until: Until) -> Outcome {
     let mut scene = scene.clone();
-    scene.measurement.history_every = steps / 8;
+    scene.measurement.history_every = 1000;
+    let initial = initial_bodies(&scene);
     let mut all = AllPairs::new(&Model::of(&scene), &initial, None);
-    let task = Task::pour(initial, steps);
-    let runs = WAYS.map(|way| outcome(&scene, &task, way).1.0);
-    for moment in 0..runs[0].len() {
-        for (run, way) in runs.iter().zip(WAYS) {
-            let step = run[moment].step;
-            assert_same(&run[moment], &all, &format!("step {step}, {way:?}"));
+    let start = initial.into();
+    let task = Task { start, until };
+    let [(first, moments), others @ ..] = WAYS.map(|way| outcome(&scene, &task, way));
+    let mut step = 0;
+    for moment in &moments.0 {
+        if moment.stage == Stage::Load && all.punch.is_none() {
+            all.punch = Some(native::first_contact_punch(&scene, &all.bodies));
+            all.change(&Model::in_stage(&scene, Stage::Load));
+            step = 0;
+            continue;
         }
-        if moment < 8 {
-            (0..steps / 8).for_each(|_| all.step());
-        }
+        (step..moment.step).for_each(|_| all.step());
+        step = moment.step;
+        let when = format!("{:?} {step}", moment.stage);
+        assert_eq!(moment.bodies.digest(), all.bodies.digest(), "{when}");
+        assert_eq!(moment.contacts, all.contacts, "{when}");
+        assert_eq!(moment.punch, all.punch, "{when}");
     }
-    let contacts = all.contacts.len();
-    assert!(contacts > all.bodies.len(), "the bed has {contacts}");
-}
-
-/// A punch driven into the poured bed, compared in each way. Returns the last moment.
-fn is_pressed_like_all_pairs(scene: &mut Scene, poured: u64, steps: u64) -> Snapshot {
-    let (settled, _) = native_outcome(scene, &Task::pour(initial_bodies(scene), poured), None);
-    let bodies = settled.last.bodies;
-    scene.loading.speed = 0.4;
-    let punch = native::first_contact_punch(scene, &bodies);
-    let mut all = AllPairs::new(&Model::of(scene), &bodies, Some(punch));
-    (0..steps).for_each(|_| all.step());
-    let task = Task {
-        start: Start {
-            stage: Stage::Load,
-            punch: Some(punch),
-            ..bodies.into()
-        },
-        until: Until::Step(steps),
-    };
-    let [last, ..] = WAYS.map(|way| {
-        let (outcome, _) = outcome(scene, &task, way);
-        assert_same(&outcome.last, &all, &format!("{way:?}"));
-        outcome.last
-    });
-    let id = scene.particles.count + 3;
-    let on_punch = last.contacts.iter().filter(|c| c.id1 == id).count();
-    assert!(on_punch > 0, "it touches grains");
-    last
-}
-
-#[test]
-fn the_kernel_has_the_bits_of_looking_at_every_pair_while_pouring() {
-    pours_like_all_pairs(&scene_of(120), 8000);
-}
-
-#[test]
-fn the_kernel_has_the_bits_of_looking_at_every_pair_under_the_punch() {
-    is_pressed_like_all_pairs(&mut scene_of(120), 20_000, 1500);
+    for ((other, same), way) in others.iter().zip(&WAYS[1..]) {
+        assert_eq!(same.0, moments.0, "{way:?}");
+        assert_eq!(other.last, first.last, "{way:?}");
+        assert_eq!(other.settled, first.settled, "{way:?}");
+    }
+    first
 }
 
 #[test]
 fn friction_has_the_bits_of_looking_at_every_pair_while_pouring() {
     let mut scene = frictional_scene();
-    pours_like_all_pairs(&scene, 16_000);
     // Lighter grains, softer, so that the time step is about the same.
     scene.particles.shape = Shape::Sphere;
     scene.material.youngs_modulus *= 0.01;
     scene.contact.torque_arms = TorqueArms::ContactPoint;
     scene.contact.slip_velocity = SlipVelocity::ContactPoint;
     scene.contact.new_contact_slip = NewContactSlip::SinceTouch;
-    pours_like_all_pairs(&scene, 16_000);
-    scene.contact.rotation = Rotation::Blocked;
-    pours_like_all_pairs(&scene, 16_000);
-}
-
-#[test]
-fn friction_has_the_bits_of_looking_at_every_pair_under_the_punch() {
-    let last = is_pressed_like_all_pairs(&mut frictional_scene(), 30_000, 4000);
-    let turned = last.bodies.spin.iter().all(|spin| *spin != 0.0);
-    let rubbed = last.contacts.iter().any(|c| c.tangential_force != 0.0);
-    assert!(turned && rubbed);
-}
-
-/// Settled by its rule, then loaded: what contacts remember goes from one stage into the next. Returns the outcome.
-fn is_loaded_like_all_pairs(scene: &Scene) -> Outcome {
-    let initial = initial_bodies(scene);
-    let task = Task::whole(initial.clone());
-    let [first, others @ ..] = WAYS.map(|way| outcome(scene, &task, way).0);
-    let steps: Vec<u64> = first.stages.iter().map(|stage| stage.steps).collect();
-    let mut all = AllPairs::new(&Model::of(scene), &initial, None);
-    (0..steps[0]).for_each(|_| all.step());
-    let settled = first.settled.as_ref().expect("a settled bed");
-    assert_same(settled, &all, "settled");
-    all.punch = Some(native::first_contact_punch(scene, &all.bodies));
-    all.change(&Model::in_stage(scene, Stage::Load));
-    (0..steps[1]).for_each(|_| all.step());
-    assert_same(&first.last, &all, "loaded");
-    for (other, way) in others.iter().zip(&WAYS[1..]) {
-        assert_eq!(other.last, first.last, "{way:?}");
-        assert_eq!(other.settled, first.settled, "{way:?}");
+    for rotation in [Rotation::Free, Rotation::Blocked] {
+        scene.contact.rotation = rotation;
+        let poured = is_like_all_pairs(&scene, Until::Step(16_000)).last;
+        let contacts = poured.contacts.len();
+        assert!(contacts > poured.bodies.len(), "the bed has {contacts}");
     }
-    first
 }
 
 /// Whether contacts bear more tangential force than rounding gives.
@@ -139,30 +80,31 @@ fn rubs(moment: &Snapshot) -> bool {
     contacts.any(|of| of.tangential_force.abs() > 1.0e-6 * of.normal_force.abs())
 }
 
+/// The punch goes deep, whatever it bears.
 #[test]
-fn friction_has_the_bits_of_looking_at_every_pair_in_a_whole_experiment() {
-    let outcome = is_loaded_like_all_pairs(&frictional_scene());
-    assert!(outcome.settled.is_some_and(|settled| rubs(&settled)));
+fn every_kernel_has_the_bits_of_looking_at_every_pair_in_a_whole_experiment() {
+    for (mut scene, rough) in [(scene_of(120), false), (frictional_scene(), true)] {
+        scene.loading.speed = 0.4;
+        scene.loading.pressure = 1.0e9;
+        scene.loading.give_up_depth = 0.02;
+        let outcome = is_like_all_pairs(&scene, Until::EndOfLoading);
+        let settled = outcome.settled.expect("a settled bed");
+        assert!(settled.contacts.len() > settled.bodies.len());
+        let last = &outcome.last;
+        assert_eq!([&settled, last].map(rubs), [rough; 2]);
+        let turn = last.bodies.spin.iter().filter(|spin| **spin != 0.0);
+        assert_eq!(turn.count(), if rough { last.bodies.len() } else { 0 });
+        let punch = scene.particles.count + 3;
+        assert!(last.contacts.iter().any(|contact| contact.id1 == punch));
+    }
 }
 
 #[test]
 fn constants_of_loading_have_the_bits_of_looking_at_every_pair() {
     for (name, changes, expected, _) in stages() {
-        let outcome = is_loaded_like_all_pairs(&staged_scene(changes));
+        let outcome = is_like_all_pairs(&staged_scene(changes), Until::EndOfLoading);
         let settled = outcome.settled.expect("a settled bed");
         let rub = [&settled, &outcome.last].map(rubs);
         assert_eq!(rub, expected, "{name}");
-    }
-}
-
-#[test]
-fn bits_do_not_depend_on_the_skin() {
-    let scene = small_scene();
-    let task = Task::whole(initial_bodies(&scene));
-    let (thin, thin_history) = native_outcome(&scene, &task, Some(2.0e-5));
-    for skin in [2.0e-4, 1.0e-3, 4.0e-3] {
-        let (other, history) = native_outcome(&scene, &task, Some(skin));
-        assert_eq!(other.last, thin.last, "skin {skin}");
-        assert_eq!(history.0, thin_history.0, "skin {skin}");
     }
 }
