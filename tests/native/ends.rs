@@ -33,8 +33,8 @@ fn every_end_of_loading_is_typed() {
 }
 
 fn trouble(scene: &Scene, bodies: Bodies) -> NativeError {
-    native::run(scene, &Task::pour(bodies, 5000), &sound(), &mut ())
-        .expect_err("a run that goes wrong")
+    let task = Task::pour(bodies, 3_000_000);
+    native::run(scene, &task, &sound(), &mut ()).expect_err("a run that goes wrong")
 }
 
 #[test]
@@ -81,8 +81,7 @@ fn energy_from_a_step_beyond_the_limit_is_noticed() {
     scene.loading.pressure = 1.0;
     let mut bodies = Bodies::default();
     bodies.push([0.1, 0.0051], [0.0, 0.0], 0.005, scene.grain_mass(0.005));
-    let task = Task::pour(bodies, 3_000_000);
-    let error = native::run(&scene, &task, &sound(), &mut ()).expect_err("energy from nowhere");
+    let error = trouble(&scene, bodies);
     let blown_up = matches!(error.trouble, Trouble::EnergyBlownUp { grain: 0, .. });
     assert!(blown_up, "{error}");
 }
