@@ -5,6 +5,7 @@
 use crossgrain::files::read_text;
 use crossgrain::run::folder::write_sums;
 
+use crate::folder::{put, written};
 use crate::support::*;
 
 /// Runs these lines after the import, with `path` as the path: exit code, output, errors.
@@ -32,10 +33,8 @@ fn refused(path: &Path, reader: &str) -> String {
 }
 
 fn folder_with_run() -> (Place, PathBuf, RunFolder) {
-    let folder = new_folder();
-    let path = folder.join("run");
     let run = native_run(&frictional_scene(), sound(), Protocol::Whole);
-    run.write(&path).expect("a writable folder");
+    let (folder, path) = written(&run);
     (folder, path, run)
 }
 
@@ -119,12 +118,9 @@ fn packed_tables_are_read_and_changed_ones_refused() {
 
     // All digests of a short table may look like numbers.
     let history = path.join("history.csv");
-    let text = text_of(&history);
+    let text = text_of(&history).replace(&run.history[0].state, "0012345678901234");
     let first: Vec<&str> = text.lines().take(2).collect();
-    let text = first.join("\n");
-    let text = text.replace(&run.history[0].state, "0012345678901234");
-    fs::write(&history, text).expect("writable");
-    write_sums(&path).expect("writable");
+    put(&history, first.join("\n"));
     let states = "json.dump(crossgrain.read_run(path).table('history')['state'][0], sys.stdout)";
     assert_eq!(printed(&path, states), "0012345678901234");
 

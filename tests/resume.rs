@@ -2,8 +2,7 @@
 
 use std::thread::sleep;
 
-use crossgrain::run::folder::write_sums;
-
+use crate::folder::put;
 use crate::support::*;
 
 /// What a run has made; times and the number of parts belong to how it was made.
@@ -18,16 +17,10 @@ fn assert_same_tables(folder: &Path, a: &str, b: &str) {
     }
 }
 
-fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> (i32, String, String) {
-    let mut words = vec!["run", scene, "--engine", "native", "--quiet", "--out", out];
-    words.extend(more);
-    say(folder, &words)
-}
-
-/// The same, and it ends well.
-fn ran(folder: &Path, scene: &str, out: &str, more: &[&str]) {
-    let (code, _, errors) = run(folder, scene, out, more);
-    assert_eq!(code, 0, "{scene}, {out}: {errors}");
+/// `run SCENE.json --out MORE` in the native engine, which ends with this exit code: what it complained of.
+fn run(folder: &Path, code: i32, scene: &str, more: &str) -> String {
+    let run = format!("run {scene}.json --engine native --quiet --out {more}");
+    ends(folder, code, &run).1
 }
 
 #[test]
@@ -35,26 +28,20 @@ fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
     let mut scene = frictional_scene();
     scene.measurement.history_every = 700;
     let folder = &folder_with(&scene);
-    ran(folder, "scene.json", "whole", &[]);
+    run(folder, 0, "scene", "whole");
     assert!(folder.join("whole/settled-memory.csv").is_file());
-    let mut before = None;
-    for steps in ["1", "6300", "8001", "end"] {
-        let mut more = before.map_or(vec![], |state| vec!["--from-state", state]);
-        if steps != "end" {
-            more.extend(["--steps", steps]);
-        }
-        ran(folder, "scene.json", steps, &more);
-        before = Some(steps);
+    for more in [
+        "1 --steps 1",
+        "6300 --steps 6300 --from-state 1",
+        "8001 --steps 8001 --from-state 6300",
+        "end --from-state 8001",
+        "faulty --perturb start=half-step",
+        "stopped --perturb start=half-step --steps 6300",
+        "goes-on --perturb start=half-step --from-state stopped",
+    ] {
+        run(folder, 0, "scene", more);
     }
     assert_same_tables(folder, "whole", "end");
-    let fault = ["--perturb", "start=half-step"];
-    for (out, more) in [
-        ("faulty", vec![]),
-        ("stopped", vec!["--steps", "6300"]),
-        ("goes-on", vec!["--from-state", "stopped"]),
-    ] {
-        ran(folder, "scene.json", out, &[&fault[..], &more].concat());
-    }
     assert_same_tables(folder, "faulty", "goes-on");
     let record = text_of(folder.join("end/run.json"));
     has(&record, ["\"parts\": 4"]);
@@ -67,7 +54,7 @@ fn an_interrupted_run_is_kept_and_goes_on() {
     scene.material.friction_angle = 0.5;
     scene.loading.speed *= 0.1;
     let folder = &folder_with(&scene);
-    ran(folder, "scene.json", "whole", &[]);
+    run(folder, 0, "scene", "whole");
     let (mut before, mut stages) = (String::new(), Vec::new());
     for part in 0..100 {
         let out = format!("part-{part}");
@@ -105,13 +92,9 @@ fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
         other.loading.speed *= 0.5;
         other.loading.pressure *= 0.8;
         write_scene(&other, &folder.join("other.json"));
-        for (scene, out, more) in [
-            ("scene.json", "settled", ["--until", "settled"]),
-            ("other.json", "whole", ["--until", "loaded"]),
-            ("other.json", "loaded", ["--from-state", "settled"]),
-        ] {
-            ran(folder, scene, out, &more);
-        }
+        run(folder, 0, "scene", "settled --until settled");
+        run(folder, 0, "other", "whole --until loaded");
+        run(folder, 0, "other", "loaded --from-state settled");
         assert_same_tables(folder, "whole", "loaded");
     }
 }
@@ -123,46 +106,36 @@ fn what_cannot_go_on_says_why() {
     let mut other = scene.clone();
     other.material.friction_angle = 0.3;
     write_scene(&other, &folder.join("other.json"));
-    ran(folder, "scene.json", "whole", &[]);
-    let refused = |scene: &str, more: &[&str], why: &str| {
-        let more = [&["--from-state", "whole"], more].concat();
-        let (code, _, errors) = run(folder, scene, "out", &more);
-        assert_eq!(code, 2, "{errors}");
-        has(&errors, [why]);
+    run(folder, 0, "scene", "whole");
+    let refused = |scene: &str, more: &str, why: &str| {
+        let more = format!("out --from-state {more}");
+        has(&run(folder, 2, scene, &more), [why]);
         assert!(!folder.join("out").exists());
     };
-    refused("scene.json", &[], "it is at its end");
-    refused("other.json", &[], "poured in another way");
-    ran(folder, "scene.json", "beyond", &["--steps", "40000"]);
-    let beyond = run(folder, "scene.json", "out", &["--from-state", "beyond"]);
-    assert_eq!(beyond.0, 2);
-    has(&beyond.2, ["beyond the rule of its stage"]);
-    let fault = ["--perturb", "friction=1e-3"];
-    refused("scene.json", &fault, "another --perturb");
+    refused("scene", "whole", "it is at its end");
+    refused("other", "whole", "poured in another way");
+    run(folder, 0, "scene", "beyond --steps 40000");
+    refused("scene", "beyond", "beyond the rule of its stage");
+    let fault = "whole --perturb friction=1e-3";
+    refused("scene", fault, "another --perturb");
     let path = folder.join("whole/run.json");
     let sound = text_of(&path);
     let mut record: Value = serde_json::from_str(&sound).expect("JSON");
     record["restart"]["punch"]["force"] = 1.0.into();
-    let put = |path: &Path, text: &str| {
-        fs::write(path, text).expect("writable");
-        write_sums(&folder.join("whole")).expect("writable");
-    };
-    put(&path, &record.to_string());
-    refused("scene.json", &[], "another punch than run.json");
-    put(&path, &sound);
+    put(&path, record.to_string());
+    refused("scene", "whole", "another punch than run.json");
+    put(&path, sound);
     let memory = folder.join("whole/memory.csv");
-    let text = text_of(&memory);
-    let cut: String = text.split_inclusive('\n').skip(1).collect();
-    let header = text.lines().next().expect("a header");
-    let shorter: String = cut.split_inclusive('\n').skip(1).collect();
-    put(&memory, &format!("{header}\n{shorter}"));
-    let (code, _, errors) = run(folder, "scene.json", "out", &["--from-state", "whole"]);
-    assert_ne!(code, 0);
-    has(&errors, ["does not belong to the table of contacts"]);
+    let rows = text_of(&memory);
+    let mut rows: Vec<&str> = rows.lines().collect();
+    rows.remove(1);
+    put(&memory, rows.join("\n") + "\n");
+    let why = "does not belong to the table of contacts";
+    refused("scene", "whole", why);
     // Before, friction began anew without a word.
     fs::remove_file(&memory).expect("removable");
     let why = "memory.csv is in SHA256SUMS and not in the folder";
-    refused("scene.json", &[], why);
-    write_sums(&folder.join("whole")).expect("writable");
-    refused("scene.json", &[], "memory.csv of it is missing");
+    refused("scene", "whole", why);
+    put(&path, text_of(&path));
+    refused("scene", "whole", "memory.csv of it is missing");
 }

@@ -83,21 +83,21 @@ fn rows_of_spins_that_cannot_be_meant_are_refused() {
     let sound = "0,0.1,0.2,0,0,0.005,0.2,-3.5,1e-6\n";
     let bodies = read(&format!("{HEADER}{sound}")).expect("a sound table");
     assert_eq!((bodies.spin, bodies.inertia), (vec![-3.5], vec![1.0e-6]));
+    let refused = |text: &str, message: &str| {
+        let error = read(text).expect_err(message).to_string();
+        assert!(error.contains(message), "{text}: {error}");
+    };
     for [row, message] in rows(WRONG) {
-        let error = read(&format!("{HEADER}{sound}{row}\n")).expect_err(row);
-        assert!(error.to_string().contains(message), "{row}: {error}");
+        refused(&format!("{HEADER}{sound}{row}\n"), message);
     }
     // The first row without a spin, the second with one.
     let late = "0,0.1,0.2,0,0,0.005,0.2,,\n1,0.3,0.2,0,0,0.005,0.2,1,1e-6\n";
-    let error = read(&format!("{HEADER}{late}")).expect_err("half of the grains rotate");
-    has(&error.to_string(), ["in every row or in none"]);
+    refused(&format!("{HEADER}{late}"), "in every row or in none");
     // A column for one of the two only.
     for (name, value) in [("spin", "1"), ("inertia", "1e-6")] {
         let text = format!("id,x,z,vx,vz,radius,mass,{name}\n0,0.1,0.2,0,0,0.005,0.2,{value}\n");
-        let error = read(&text).expect_err(name);
-        has(&error.to_string(), ["given with an inertia"]);
+        refused(&text, "given with an inertia");
     }
     // Cut off inside the last number.
-    let error = read((HEADER.to_owned() + sound).trim_end()).expect_err("cut off");
-    assert!(error.to_string().contains("cut off"), "{error}");
+    refused(format!("{HEADER}{sound}").trim_end(), "cut off");
 }

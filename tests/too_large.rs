@@ -1,16 +1,24 @@
 //! What asks for too much memory is refused before it gets it.
 
-use std::io::Write;
+use std::fmt::Display;
 
 use allocation_counter::measure;
 
 use crossgrain::checks::record;
 use crossgrain::files::read_text;
-use crossgrain::run::folder::{read_scene, write_sums};
+use crossgrain::run::folder::read_scene;
 
+use crate::folder::{put, written};
+use crate::readers::parts::packed;
 use crate::support::*;
 
-const MEGABYTE: u64 = 1 << 20;
+/// How this is refused, with less memory than so many megabytes.
+fn refusal<T, E: Display>(megabytes: u64, read: impl FnOnce() -> Result<T, E>) -> String {
+    let mut error = String::new();
+    let taken = measure(|| error = read().err().expect("a refusal").to_string());
+    assert!(taken.bytes_max < megabytes << 20, "{error}: {taken:?}");
+    error
+}
 
 #[test]
 fn a_scene_of_a_million_million_grains_is_refused_before_they_are_made() {
@@ -18,9 +26,7 @@ fn a_scene_of_a_million_million_grains_is_refused_before_they_are_made() {
     for count in "1000000000000 4294967295 1000001 1e12 18446744073709551616".split(' ') {
         let huge = text.replace("\"count\":100,", &format!("\"count\":{count},"));
         assert_ne!(huge, text);
-        let mut refused = false;
-        let taken = measure(|| refused = parse_scene(&huge).is_err());
-        assert!(refused && taken.bytes_max < MEGABYTE, "{count}: {taken:?}");
+        refusal(1, || parse_scene(&huge));
     }
 }
 
@@ -35,40 +41,21 @@ fn a_scene_file_that_is_none_is_not_read_whole() {
     let folder = &new_folder();
     let path = folder.join("scene.json");
     hole(&path);
-    let mut error = String::new();
-    let taken = measure(|| error = read_scene(&path).expect_err("too large").to_string());
+    let error = refusal(8, || read_scene(&path));
     has(&error, ["larger than 1048576 bytes"]);
-    assert!(taken.bytes_max < 8 * MEGABYTE, "{taken:?}");
-}
-
-/// A small packed file that would unpack to very much.
-fn bomb(path: &Path, megabytes: usize) {
-    let file = fs::File::create(path).expect("writable");
-    let mut packer = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
-    let zeros = vec![b'0'; MEGABYTE as usize];
-    for _ in 0..megabytes {
-        packer.write_all(&zeros).expect("writable");
-    }
-    packer.finish().expect("writable");
 }
 
 #[test]
 fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
-    let scene = tiny_scene();
-    let protocol = Protocol::Steps { steps: 10 };
-    let run = native_run(&scene, sound(), protocol);
-    let folder = new_folder();
+    let bomb = packed(&vec![b'0'; 64 << 20]);
+    let run = native_run(&tiny_scene(), sound(), Protocol::Steps { steps: 10 });
     for table in ["initial", "bodies", "contacts", "history", "trace"] {
-        let table = &format!("{table}.csv");
-        let path = folder.join(table);
-        run.write(&path).expect("a writable folder");
-        fs::remove_file(path.join(table)).expect("it is there");
-        bomb(&path.join(format!("{table}.gz")), 64);
-        write_sums(&path).expect("writable");
-        let mut error = String::new();
-        let taken = measure(|| error = RunFolder::read(&path).expect_err("a bomb").to_string());
-        assert!(error.contains("is larger than"), "{table}: {error}");
-        assert!(taken.bytes_max < 16 * MEGABYTE, "{table}: {taken:?}");
+        let (_folder, path) = written(&run);
+        let table = path.join(table).with_extension("csv");
+        fs::remove_file(&table).expect("it is there");
+        put(&table.with_extension("csv.gz"), &bomb);
+        let error = refusal(16, || RunFolder::read(&path));
+        assert!(error.contains("is larger than"), "{table:?}: {error}");
     }
 }
 
@@ -77,11 +64,10 @@ fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
 fn all_of_a_packed_file_is_read() {
     let folder = &new_folder();
     let path = folder.join("a.csv.gz");
-    let pack = crate::readers::parts::packed;
-    fs::write(&path, [pack(b"one\n"), pack(b"two\n")].concat()).expect("writable");
+    fs::write(&path, [packed(b"one\n"), packed(b"two\n")].concat()).expect("writable");
     assert_eq!(read_text(&path, 100).expect("text"), "one\ntwo\n");
     assert!(read_text(&path, 5).is_err());
-    fs::write(&path, [&pack(b"one\n"), b"and more".as_slice()].concat()).expect("writable");
+    fs::write(&path, [&packed(b"one\n"), b"and more".as_slice()].concat()).expect("writable");
     assert!(read_text(&path, 100).is_err());
 }
 
@@ -96,10 +82,8 @@ fn a_record_of_more_steps_than_there_are_numbers_is_refused() {
     let folder = new_folder();
     let path = folder.join("run");
     run.write(&path).expect("a writable folder");
-    let mut error = String::new();
-    let taken = measure(|| error = RunFolder::read(&path).expect_err("too many").to_string());
+    let error = refusal(8, || RunFolder::read(&path));
     has(&error, ["moments of history"]);
-    assert!(taken.bytes_max < 8 * MEGABYTE, "{taken:?}");
 }
 
 /// Thousands of checks of one id are refused without being counted up; the message names the id once.
@@ -110,10 +94,8 @@ fn a_record_cannot_multiply_its_names() {
     let text = format!(
         r#"{{"job": "verify", "version": 1, "crossgrain": "", "command": "", "verdict": "pass", "checks": [{many}]}}"#
     );
-    let mut error = String::new();
-    let taken = measure(|| error = record::parse("r", &text).expect_err("repeated").to_string());
+    let error = refusal(32, || record::parse("r", &text));
     assert!(error.len() < 200 && error.contains("the id x"), "{error}");
-    assert!(taken.bytes_max < 32 * MEGABYTE, "{taken:?}");
 }
 
 /// Neither a pipe that nobody writes to nor a file without lines is waited for.
@@ -125,16 +107,13 @@ fn what_is_no_program_is_no_yade() {
     for yade in [Path::new("/dev/zero"), &pipe, &folder.join("hole"), folder] {
         let began = Instant::now();
         let yade = yade.to_string_lossy();
-        let run = [
-            "run",
-            "scene.json",
-            "--engine=yade",
-            "--out=o",
-            "--yade",
-            &yade,
-        ];
-        let (_, errors) = ends(folder, 4, &run);
-        assert!(errors.contains("YADE is missing"), "{yade}: {errors}");
+        let run = "run scene.json --engine=yade --out=o --yade".words();
+        tells(
+            folder,
+            4,
+            &[&run[..], &[&yade]].concat(),
+            ["YADE is missing"],
+        );
         assert!(began.elapsed() < Duration::from_secs(20), "{yade}");
         assert!(!folder.join("o").exists());
     }

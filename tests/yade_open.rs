@@ -6,6 +6,7 @@ use crossgrain::run::folder::Moment;
 use grains::scene::{Tension, Viscosity};
 use serde::Deserialize;
 
+use crate::folder::written;
 use crate::support::*;
 
 /// Opens a bed and says what is in YADE then, and after some steps.
@@ -62,8 +63,7 @@ fn yade_python(place: &Path, arguments: &[&str]) -> Output {
 }
 
 fn opened(run: &RunFolder, moment: &str, steps: u64) -> Told {
-    let place = &new_folder();
-    run.write(&place.join("run")).expect("writable");
+    let (place, _) = &written(run);
     let output = yade_python(place, &["-c", OPENS, "run", moment, &steps.to_string()]);
     let (code, out, errors) = told(&output);
     assert_eq!(code, 0, "{out}{errors}");
