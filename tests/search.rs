@@ -1,15 +1,15 @@
 //! The search for settings that give the published figures, on beds small enough for a test.
 
 use crossgrain::report;
-use crossgrain::study::realization::{Engines, Specification};
+use crossgrain::study::realization::Engines;
 use crossgrain::study::search::matching::{Figure, Observed, Sampled, Search, keep};
 use crossgrain::study::search::space::{AXES, OF_POURING, scene, snap};
 use crossgrain::study::search::{Plan, Size};
-use crossgrain::study::{Study, create, machine::Folder, member::Member};
+use crossgrain::study::{Study, machine::Folder, member::Member};
 use evidence::history::CUT;
 
 use crate::support::*;
-use crate::tradeoff::run;
+use crate::tradeoff::made;
 
 const SIZE: Size = Size {
     beds: 8,
@@ -44,12 +44,9 @@ fn every_corner_of_the_space_is_a_sound_scene_and_every_choice_changes_it() {
 
 #[test]
 fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
-    let place = &new_folder();
-    let folder = place.join("wave");
     let plan = Plan::first(tiny_scene(), SIZE);
     assert_eq!(plan.count(), 24);
-    create(&folder, plan.clone(), None, None).expect("a new study");
-    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let (_place, folder) = made(plan.clone());
     let folder = Folder::<Plan>::open(&folder).expect("a study");
     let mut rows: Vec<Vec<Member>> = Vec::new();
     folder.each(|_, row| rows.push(row)).expect("rows");
@@ -58,15 +55,13 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
     let mut all = rows.iter().flatten();
     let own = all
         .find(|of| of.specification == setting.specification.digest() && of.realization == cloud);
-    let whole = |of: &Specification| {
-        let whole = Member::run(of, cloud, &Engines::default(), Path::new(""), keep);
-        let whole = whole.expect("it runs");
-        Member {
-            cost: None,
-            ..whole
-        }
+    let engines = Engines::default();
+    let whole = Member::run(&setting.specification, cloud, &engines, Path::new(""), keep);
+    let whole = Member {
+        cost: None,
+        ..whole.expect("it runs")
     };
-    assert_eq!(own, Some(&whole(&setting.specification)));
+    assert_eq!(own, Some(&whole));
 
     // A bed of a hundred grains is a tenth of a metre high.
     let mut found = Search::of(&plan, &rows.into_iter().flatten().collect());
@@ -104,27 +99,19 @@ fn made_up(truth: &[f64]) -> (Plan, Search) {
     }
     let ids = search.figures.iter().map(|of: &Figure| of.id.clone());
     let ids: Vec<String> = ids.collect();
-    let beds = plan.beds.0.iter().enumerate();
-    let settings = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of)));
-    let observed = settings.map(|(bed, setting)| {
-        let sampled = |(index, id): (usize, &String)| {
-            let (count, mean, variance) = (3, law(index, &setting.at), 0.01);
-            (
-                id.clone(),
-                Sampled {
-                    count,
-                    mean,
-                    variance,
-                },
-            )
-        };
-        Observed {
-            at: setting.at.clone(),
-            bed: bed as u64,
-            of: ids.iter().enumerate().map(sampled).collect(),
+    for (bed, loads) in (0..).zip(&plan.beds.0) {
+        for setting in loads {
+            let at = setting.at.clone();
+            let means = ids.iter().enumerate().map(|(index, _)| law(index, &at));
+            let sampled = means.map(|mean| Sampled {
+                count: 3,
+                mean,
+                variance: 0.01,
+            });
+            let of = ids.iter().cloned().zip(sampled).collect();
+            search.observed.push(Observed { at, bed, of });
         }
-    });
-    search.observed = observed.collect();
+    }
     (plan, search)
 }
 

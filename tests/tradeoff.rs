@@ -2,6 +2,7 @@
 
 mod external;
 
+use crossgrain::engine::exec::ExternalEngine;
 use crossgrain::report;
 use crossgrain::reproduce::record::Beside;
 use crossgrain::study::machine::{Folder, Job, Machine};
@@ -10,7 +11,7 @@ use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
 use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
 use crossgrain::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
 use crossgrain::study::tradeoff::{Tradeoff, judge};
-use crossgrain::study::{Study, StudyError, create, shard::Shard};
+use crossgrain::study::{Study, StudyError, create, plan::Program, shard::Shard};
 use grains::native::pouring::{End, Phase, pour};
 
 use crate::support::*;
@@ -38,13 +39,29 @@ pub fn run<S: Study>(folder: &Path, engines: &Engines) -> Result<(), StudyError>
     Ok(())
 }
 
-/// What all rows of a plan say.
-fn record_of(plan: Plan) -> Tradeoff {
+/// A new study, with an external engine if there is one, and how its run ends.
+pub fn tried<S: Study>(
+    plan: S,
+    external: Option<ExternalEngine>,
+) -> (Place, PathBuf, Result<(), StudyError>) {
     let place = new_folder();
     let folder = place.join("study");
-    create(&folder, plan, None, None).expect("a new study");
-    run::<Plan>(&folder, &Engines::default()).expect("it runs");
-    record(&folder)
+    let program = external.as_ref();
+    let program = program.map(|of| Program::of(of).expect("a file"));
+    create(&folder, plan, program, None).expect("a new study");
+    let engines = Engines {
+        external,
+        ..Engines::default()
+    };
+    let ended = run::<S>(&folder, &engines);
+    (place, folder, ended)
+}
+
+/// The same in the native engine, whole.
+pub fn made<S: Study>(plan: S) -> (Place, PathBuf) {
+    let (place, folder, ended) = tried(plan, None);
+    ended.expect("it runs");
+    (place, folder)
 }
 
 /// What the rows of a folder say.
@@ -82,7 +99,8 @@ fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
 fn friction_is_held_against_friction() {
     let mut plan = Plan::quick(2, 0);
     plan.methods.retain(|of| of.id.starts_with("friction"));
-    let record = record_of(plan);
+    let (_place, folder) = made(plan);
+    let record = record(&folder);
     let mean_height = |id: &str| {
         let point = record.point(id).expect("it is planned");
         let of = point.screened.of("settled.height.mean_surface");
@@ -140,8 +158,6 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
 
 #[test]
 fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
-    let place = &new_folder();
-    let folder = place.join("study");
     let methods = [
         ("same-physics", Step(0.4)),
         ("hardly-settled", Settled(0.05)),
@@ -149,8 +165,7 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     let plan = plan(&methods, 3);
     let count = plan.count();
     assert_eq!(count, 15);
-    create(&folder, plan, None, None).expect("a new study");
-    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let (_place, folder) = made(plan);
     let rows = folder.join("records/shard-1-of-1.jsonl");
     let text = text_of(&rows);
     assert_eq!(text.lines().count() as u64, count);
@@ -223,12 +238,8 @@ fn runs_without_yade_say_so_and_are_not_complete() {
 
 #[test]
 fn heights_of_beds_of_other_depths_are_not_compared() {
-    let place = &new_folder();
-    let folder = place.join("study");
     let methods = [("half-as-deep", Size(1.0, 0.5)), ("softer", Modulus(0.1))];
-    let plan = plan(&methods, 0);
-    create(&folder, plan, None, None).expect("a new study");
-    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let (_place, folder) = made(plan(&methods, 0));
     let record = record(&folder);
     let has_height = |id: &str| {
         let screened = record.point(id).map(|point| &point.screened);
@@ -311,12 +322,8 @@ fn yade_has_no_clouds_that_the_reference_has_not() {
 #[test]
 fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
     let folder = &new_folder();
-    let printed = |arguments: &[&str]| -> Value {
-        let (text, _) = ends(folder, 0, arguments);
-        serde_json::from_str(&text).expect("JSON")
-    };
-    let plain = printed(&["scene", "paper"]);
-    let mut fast = printed(&["scene", "paper", "--fast"]);
+    let plain = prints(folder, 0, "scene paper");
+    let mut fast = prints(folder, 0, "scene paper --fast");
     let step = "/time_step/of_sqrt_m_over_k";
     assert_eq!(plain.pointer(step), Some(&0.45.into()));
     assert_eq!(fast.pointer(step), Some(&0.65.into()));

@@ -5,26 +5,18 @@ use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::limits::stability::{Map, Row, Stability};
 use crossgrain::report;
 use crossgrain::study::machine::{Folder, Machine as _};
-use crossgrain::study::realization::{Engines, Runner};
-use crossgrain::study::{create, plan::Program};
+use crossgrain::study::realization::Runner;
 
 use crate::support::*;
-use crate::tradeoff::run;
+use crate::tradeoff::tried;
 
 /// The map of the small scenes of these names in the engine: planned, run and reported as a study.
 fn map(options: &Options, names: &[&str]) -> Map {
     let engine = ExternalEngine::ask(options.clone()).expect("an engine");
     let mut plan = Stability::new(false, Some(Runner::External), true);
     plan.scenes.retain(|name| names.contains(&name.as_str()));
-    let place = &new_folder();
-    let folder = place.join("map");
-    let program = Program::of(&engine).expect("a program");
-    create(&folder, plan, Some(program), None).expect("a new study");
-    let engines = Engines {
-        external: Some(engine),
-        ..Engines::default()
-    };
-    run::<Stability>(&folder, &engines).expect("trials");
+    let (_place, folder, ended) = tried(plan, Some(engine));
+    ended.expect("trials");
     let study = Folder::<Stability>::open(&folder).expect("a study");
     let report = study.judge().expect("a report");
     serde_json::from_str(&report.text).expect("a map")

@@ -2,10 +2,11 @@
 
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::report;
-use crossgrain::study::realization::{Ending, Engines};
+use crossgrain::study::machine::Folder;
+use crossgrain::study::realization::Ending;
 use crossgrain::study::tradeoff::{Tradeoff, plan::Plan};
-use crossgrain::study::{create, machine::Folder, plan::Program};
 
+use super::{record, tried};
 use crate::support::*;
 
 /// Pours by not moving at all, and takes its time.
@@ -21,20 +22,12 @@ finish([moment(0), moment(steps), end(steps, "settled")], steps)
 
 /// What is said of this scene with the engine in it, how its first method on the first cloud ended, and why rows are missing.
 fn study(scene: Scene, options: Options, clouds: u64) -> (Tradeoff, Option<Ending>, String) {
-    let place = &new_folder();
-    let folder = place.join("study");
     let external = ExternalEngine::ask(options).expect("an engine");
-    let program = Program::of(&external).expect("a file");
     let plan = Plan::new(scene, 2, 0);
-    let plan = plan.with_external(&external.description, &program.digest, clouds);
+    let plan = plan.with_external(&external.description, &external.digest, clouds);
     let digest = plan.methods[0].specification.digest();
-    create(&folder, plan, Some(program), None).expect("a new study");
-    let engines = Engines {
-        external: Some(external),
-        ..Engines::default()
-    };
-    let run = super::run::<Plan>(&folder, &engines);
-    let words = run.err().map_or(String::new(), |error| error.to_string());
+    let (_place, folder, ended) = tried(plan, Some(external));
+    let words = ended.err().map_or(String::new(), |error| error.to_string());
     let mut ending = None;
     let opened = Folder::<Plan>::open(&folder).expect("a study");
     let each = opened.each(|_, row| {
@@ -43,7 +36,7 @@ fn study(scene: Scene, options: Options, clouds: u64) -> (Tradeoff, Option<Endin
         }
     });
     each.expect("rows");
-    (super::record(&folder), ending, words)
+    (record(&folder), ending, words)
 }
 
 #[test]
