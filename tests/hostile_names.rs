@@ -30,23 +30,25 @@ pub fn names() -> Vec<OsString> {
     names
 }
 
-/// The program with arguments of any bytes.
-pub fn crossgrain_os<A: AsRef<OsStr>>(arguments: &[A], folder: &Path) -> Output {
+/// What the program does with a line of words and names of any bytes after them.
+fn named(folder: &Path, line: &str, names: &[&OsStr]) -> Output {
     let mut program = cli(folder);
-    program.args(arguments).env_remove("CROSSGRAIN_YADE");
-    program.output().expect("the program starts")
+    program.args(line.words()).args(names);
+    let output = program.env_remove("CROSSGRAIN_YADE").output();
+    output.expect("the program starts")
 }
 
-/// Nobody has obeyed a name, and no name has reached the terminal as it is.
-pub fn nothing_obeyed(place: &Path, output: &Output) {
-    for text in [&output.stdout, &output.stderr] {
-        let text = String::from_utf8_lossy(text);
+/// What a program told: nobody has obeyed a name, and no name has reached the terminal as it is.
+pub fn harmless(place: &Path, output: &Output) -> (i32, String, String) {
+    let (code, out, errors) = told(output);
+    for text in [&out, &errors] {
         let obeyed = |of: char| of.is_control() && of != '\n' && of != '\t';
         assert!(!text.contains(obeyed), "a terminal would obey {text:?}");
     }
     for path in below(place) {
         assert_ne!(path.file_name(), Some(OsStr::new("owned")), "{path:?}");
     }
+    (code, out, errors)
 }
 
 /// A scene of two grains, twenty steps of which take no time.
@@ -56,20 +58,11 @@ pub fn two_grains() -> Scene {
     scene
 }
 
-fn words(line: &str) -> Vec<OsString> {
-    line.split(' ').map(OsString::from).collect()
-}
-
-/// `--out=NAME`, which takes a name that begins with a dash.
-fn out(name: &OsStr) -> OsString {
-    let mut option = OsString::from("--out=");
+/// `--OPTION=NAME`, which takes a name that begins with a dash.
+fn option(option: &str, name: &OsStr) -> OsString {
+    let mut option = OsString::from(option);
     option.push(name);
     option
-}
-
-/// `./NAME`, for the same reason.
-fn beside(name: &OsStr) -> PathBuf {
-    Path::new(".").join(name)
 }
 
 /// A folder that goes away, in it one of this name, in it a scene.
@@ -85,18 +78,18 @@ fn place_named(name: &OsStr) -> (Place, PathBuf) {
 fn run_folders_of_any_name_are_written_compared_and_exported() {
     for name in names() {
         let (top, place) = place_named(&name);
-        let tell = |arguments: &[OsString]| {
-            let output = crossgrain_os(arguments, &place);
-            nothing_obeyed(&top, &output);
-            let (code, _, errors) = told(&output);
-            assert_eq!(code, 0, "{name:?}, {arguments:?}: {errors}");
+        let tell = |line: &str, names: &[&OsStr]| {
+            let (code, _, errors) = harmless(&top, &named(&place, line, names));
+            assert_eq!(code, 0, "{name:?}, {line}: {errors}");
         };
-        let native = words("run scene.json --engine native --steps 20");
-        tell(&[native, vec![out(&name)]].concat());
-        let run = beside(&name).into_os_string();
-        tell(&[words("compare"), vec![run.clone(), run.clone()]].concat());
-        tell(&[words("report vtk --out vtk"), vec![run.clone()]].concat());
-        tell(&[words("report archive --out run.tar.gz"), vec![run]].concat());
+        let out = option("--out=", &name);
+        tell("run scene.json --engine native --steps 20", &[&out]);
+        // A name may begin with a dash.
+        let run = Path::new(".").join(&name);
+        let run = run.as_os_str();
+        tell("compare", &[run, run]);
+        tell("report vtk --out vtk", &[run]);
+        tell("report archive --out run.tar.gz", &[run]);
         assert!(place.join(&name).join("run.json").is_file());
     }
 }
@@ -105,20 +98,16 @@ fn run_folders_of_any_name_are_written_compared_and_exported() {
 #[test]
 fn a_name_that_is_too_long_is_refused_at_once() {
     let (top, place) = place_named(OsStr::new("place"));
-    let long = "x".repeat(300);
+    let out = format!("--out={}", "x".repeat(300));
     for verb in [
         "run scene.json --engine native",
         "report vtk run",
         "study plan campaign scene.json --members 2",
     ] {
-        let arguments = [words(verb), vec![out(OsStr::new(&long))]].concat();
-        let output = crossgrain_os(&arguments, &place);
-        let (code, _, errors) = told(&output);
-        assert_eq!(code, 2, "{verb:?}: {errors}");
-        has(&errors, ["name too long"]);
+        tells(&place, 2, &format!("{verb} {out}"), ["name too long"]);
     }
-    assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
-    nothing_obeyed(&top, &crossgrain_os(&["paper", "numbers"], &place));
+    assert_eq!(there(&place).len(), 1);
+    harmless(&top, &crossgrain("paper numbers", &place));
 }
 
 #[test]
@@ -128,12 +117,9 @@ fn engines_of_any_name_are_started_without_a_shell() {
         let (top, place) = place_named(&name);
         write_scene(&narrow_scene(0.05), &place.join("scene.json"));
         let path = program(&place, &name, &toy);
-        let mut engine = OsString::from("--engine=exec:");
-        engine.push(&path);
-        let arguments = [words("run scene.json --steps 5 --out out"), vec![engine]].concat();
-        let output = crossgrain_os(&arguments, &place);
-        nothing_obeyed(&top, &output);
-        let (code, _, errors) = told(&output);
+        let engine = option("--engine=exec:", path.as_os_str());
+        let run = "run scene.json --steps 5 --out out";
+        let (code, _, errors) = harmless(&top, &named(&place, run, &[&engine]));
         // A name that is no text cannot be written into `run.json`, and is refused.
         let wanted = if name.to_str().is_some() { 0 } else { 2 };
         assert_eq!(code, wanted, "{name:?}: {errors}");
@@ -148,18 +134,19 @@ fn a_yade_of_any_name_gets_its_job_in_a_folder_of_any_name() {
         let (top, place) = place_named(&name);
         let does = "frames(fine + fine, [frame(0), frame(10), end(10)])";
         let path = crate::yade_driver::yade(&place, &name, does);
-        let mut arguments = words("run scene.json --engine yade --steps 10 --yade");
-        arguments.extend([path.into_os_string(), out(&name_of_out(&name))]);
-        let output = cli(&place).args(&arguments).env("TMPDIR", &place).output();
-        let output = output.expect("the program starts");
-        nothing_obeyed(&top, &output);
-        told_by_yade(&name, &output);
+        // Another name of the same kind, since the program has the first one.
+        let out = OsString::from_vec([name.as_bytes(), b"2"].concat());
+        let mut program = cli(&place);
+        program.args("run scene.json --engine yade --steps 10 --yade".words());
+        program.args([path.as_os_str(), &option("--out=", &out)]);
+        let output = program.env("TMPDIR", &place).output();
+        told_by_yade(&name, &top, &output.expect("the program starts"));
     }
 }
 
 /// It works everywhere but in a folder whose name is no text, which is said.
-fn told_by_yade(name: &OsStr, output: &Output) {
-    let (code, _, errors) = told(output);
+fn told_by_yade(name: &OsStr, top: &Path, output: &Output) {
+    let (code, _, errors) = harmless(top, output);
     if name.to_str().is_some() {
         assert_eq!(code, 0, "{name:?}: {errors}");
     } else {
@@ -168,49 +155,38 @@ fn told_by_yade(name: &OsStr, output: &Output) {
     }
 }
 
-/// Another name of the same kind, since the program has the first one.
-fn name_of_out(name: &OsStr) -> OsString {
-    OsString::from_vec([name.as_bytes(), b"2"].concat())
-}
-
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_real_yade_works_in_a_folder_of_any_name() {
     for name in names() {
         let (top, place) = place_named(&name);
-        let run = words("run scene.json --engine yade --steps 5");
-        let arguments = [run, vec![out(&name)]].concat();
-        let output = crossgrain_os(&arguments, &place);
-        nothing_obeyed(&top, &output);
-        told_by_yade(&name, &output);
+        let (run, out) = (
+            "run scene.json --engine yade --steps 5",
+            option("--out=", &name),
+        );
+        told_by_yade(&name, &top, &named(&place, run, &[&out]));
     }
 }
 
 #[test]
 fn baselines_have_plain_names_and_stores_any() {
-    let record = root("fuzz/corpus/record/reproduce");
+    let record = &root("fuzz/corpus/record/reproduce");
+    let record = record.as_os_str();
     for name in names() {
         let (top, place) = place_named(&name);
-        let before = fs::read_dir(&place).expect("a folder").count();
-        let save = |arguments: &[&OsStr]| {
-            let mut all = ["report", "baseline", "save"].map(OsStr::new).to_vec();
-            all.extend(arguments);
-            crossgrain_os(&all, &place)
+        let save = |names: &[&OsStr]| {
+            let saved = named(&place, "report baseline save", names);
+            harmless(&top, &saved)
         };
-        let output = save(&[OsStr::new("--"), record.as_os_str(), &name]);
-        nothing_obeyed(&top, &output);
+        let before = there(&place);
+        let (code, _, errors) = save(&[OsStr::new("--"), record, &name]);
         // Letters and dashes alone may be a name, however long up to a limit.
         let plain = name == "-rf" || name == "--help";
-        let (code, _, errors) = told(&output);
         assert_eq!(code, if plain { 0 } else { 2 }, "{name:?}: {errors}");
-        if !plain {
-            assert_eq!(fs::read_dir(&place).expect("a folder").count(), before);
-        }
-        let mut store = OsString::from("--store=");
-        store.push(&name);
-        let output = save(&[record.as_os_str(), OsStr::new("main"), &store]);
-        nothing_obeyed(&top, &output);
-        assert_eq!(told(&output).0, 0, "{name:?}: {}", told(&output).2);
+        assert!(plain || there(&place) == before);
+        let store = option("--store=", &name);
+        let (code, _, errors) = save(&[record, OsStr::new("main"), &store]);
+        assert_eq!(code, 0, "{name:?}: {errors}");
         assert!(place.join(&name).join("main.json").is_file());
     }
 }
@@ -224,5 +200,5 @@ fn a_baseline_is_never_outside_its_store() {
         let save = ["report", "baseline", "save", &record, name];
         tells(&place, 2, &save, ["is no name for a baseline"]);
     }
-    assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
+    assert_eq!(there(&place).len(), 1);
 }
