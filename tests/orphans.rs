@@ -25,24 +25,14 @@ fn toy_that_starts_another(folder: &Path, more: &str) -> String {
 
 /// Numbers of the processes that were started, once both are written down.
 fn pids_in(folder: &Path) -> Vec<u32> {
-    let began = Instant::now();
-    loop {
-        let text = fs::read_to_string(folder.join("started")).unwrap_or_default();
-        if text.ends_with('\n') {
-            return text.split_whitespace().flat_map(str::parse).collect();
-        }
-        assert!(began.elapsed() < Duration::from_secs(60), "never started");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let text = || fs::read_to_string(folder.join("started")).unwrap_or_default();
+    within(60, "they are started", || text().ends_with('\n'));
+    text().split_whitespace().flat_map(str::parse).collect()
 }
 
 fn all_end(pids: &[u32], after: &str) {
-    let began = Instant::now();
-    while pids.iter().any(|pid| is_running(*pid)) {
-        let waits = began.elapsed() < Duration::from_secs(5);
-        assert!(waits, "they go on after {after}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let what = format!("they end after {after}");
+    within(5, &what, || !pids.iter().any(|pid| is_running(*pid)));
 }
 
 #[test]

@@ -13,19 +13,8 @@ fn shell(lines: &str) -> String {
 
 /// Waits until the job has left the queue.
 fn wait_for(job: &str) {
-    let began = Instant::now();
-    while !shell(&format!("squeue -h -j {job} 2>/dev/null || true")).is_empty() {
-        assert!(
-            began.elapsed() < Duration::from_secs(100),
-            "job {job} does not end: {}",
-            shell("squeue; sinfo")
-        );
-        std::thread::sleep(Duration::from_millis(200));
-    }
-}
-
-fn log(folder: &Path, name: &str) -> String {
-    fs::read_to_string(folder.join("slurm").join(name)).unwrap_or_default()
+    let queue = format!("squeue -h -j {job} 2>/dev/null || true");
+    within(100, "the job ends", || shell(&queue).is_empty());
 }
 
 /// An array of four tasks, two at a time; the third is ended in the middle, and the merge that waited for the array
@@ -53,26 +42,16 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let (job, merge) = jobs.split_once('\n').expect("two jobs");
 
     let third = folder.join("records/shard-3-of-4.jsonl");
-    let began = Instant::now();
-    while lines(&third) < 2 {
-        assert!(
-            began.elapsed() < Duration::from_secs(100),
-            "the third task writes nothing: {}{}",
-            shell("squeue"),
-            log(&folder, "task-3.log")
-        );
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    within(100, "the third task writes", || lines(&third) >= 2);
     shell(&format!("scancel {job}_3"));
     wait_for(job);
     wait_for(merge);
     let written = lines(&third);
     let middle = (2..MEMBERS as usize / 4).contains(&written);
     assert!(middle, "{written} of the third task");
-    let said = log(&folder, "task-3.log");
-    has(&said, ["asked to end"]);
-    let said = log(&folder, "merge.log");
-    has(&said, ["are missing"]);
+    let says = |name: &str, words: &str| has(&text_of(folder.join("slurm").join(name)), [words]);
+    says("task-3.log", "asked to end");
+    says("merge.log", "are missing");
     assert!(!folder.join("merged.json").exists());
     ends(place, 3, &["study", "status", name]);
 
@@ -80,10 +59,8 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let jobs = shell(&format!("{again}\necho \"$job\"\n{}", submit[1]));
     let merge = jobs.lines().last().expect("two jobs");
     wait_for(merge);
-    let said = log(&folder, "task-3.log");
     let goes_on = format!("{written} of them finished before");
-    has(&said, [&goes_on]);
-    let said = log(&folder, "merge.log");
-    has(&said, [&format!("merged {MEMBERS} rows")]);
+    says("task-3.log", &goes_on);
+    says("merge.log", &format!("merged {MEMBERS} rows"));
     assert_eq!(merged_bytes(&folder), undisturbed(&tiny_scene(), MEMBERS));
 }

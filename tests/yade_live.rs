@@ -2,7 +2,7 @@
 //! with it a missing YADE is a failure. `ci/test` runs them all.
 
 use crossgrain::checks::Outcome;
-use crossgrain::compare::{compare, first_difference::Locator};
+use crossgrain::compare::{Comparison, compare, first_difference::Locator};
 use crossgrain::engine::yade;
 use crossgrain::run::Engine;
 use crossgrain::suite::run::{self, Engines, Role};
@@ -21,20 +21,35 @@ fn sorted() -> yade::Options {
     yade::Options::default()
 }
 
-fn all_pass(a: &RunFolder, b: &RunFolder) {
+fn all_pass(a: &RunFolder, b: &RunFolder) -> Comparison {
     let comparison = compare(a, b, None);
     for check in &comparison.checks {
         assert_eq!(check.outcome, Outcome::Pass, "{check:?}");
     }
     assert!(comparison.agrees());
+    comparison
 }
 
-/// The same run in both engines, which agree in every check.
-fn agreed(scene: &Scene, protocol: Protocol) -> [RunFolder; 2] {
+/// So many numbers of this table, of which none differs.
+fn is_same(comparison: &Comparison, table: &str, numbers: usize) {
+    let bits = comparison.tables.iter().find(|of| of.table == table);
+    let bits = bits.expect("the table");
+    assert_eq!((bits.differing, bits.numbers), (0, numbers), "{table}");
+}
+
+/// The same run in both engines, which agree in every check: the native one.
+fn agreed(scene: &Scene, protocol: Protocol) -> (RunFolder, Comparison) {
     let native = native_run(scene, sound(), protocol);
     let yade = yade_run(scene, sorted(), protocol);
-    all_pass(&native, &yade);
-    [native, yade]
+    let comparison = all_pass(&native, &yade);
+    (native, comparison)
+}
+
+/// The same of a whole experiment, which is poured and loaded.
+fn agreed_whole(scene: &Scene) -> (RunFolder, Comparison) {
+    let (native, comparison) = agreed(scene, Protocol::Whole);
+    assert_eq!(native.record.stages.len(), 2);
+    (native, comparison)
 }
 
 /// What must hold: 20,000 steps of pouring the paper's 5,000 grains, 0 of 20,000 numbers differ.
@@ -43,14 +58,8 @@ fn agreed(scene: &Scene, protocol: Protocol) -> [RunFolder; 2] {
 fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
     let scene = paper_scene(1, 5000);
     let protocol = Protocol::Steps { steps: 20_000 };
-    let [native, yade] = agreed(&scene, protocol);
-    let comparison = compare(&native, &yade, None);
-    let last = comparison
-        .tables
-        .iter()
-        .find(|of| of.table == "last grains");
-    let last = last.expect("the table");
-    assert_eq!((last.differing, last.numbers), (0, 20_000));
+    let (native, comparison) = agreed(&scene, protocol);
+    is_same(&comparison, "last grains", 20_000);
     assert!(native.last.contacts.len() > 5000, "the bed has formed");
 }
 
@@ -68,17 +77,13 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
     scene.loading.speed = 0.4;
     scene.loading.give_up_depth = 2999.5 * 0.4 * scene.time_step_seconds();
     scene.measurement.history_every = 500;
-    let [native, yade] = agreed(&scene, Protocol::Whole);
+    let (native, comparison) = agreed_whole(&scene);
     let stages = &native.record.stages;
     let steps: Vec<u64> = stages.iter().map(|stage| stage.steps).collect();
     assert_eq!(steps, [20_000, 3_000]);
-    let comparison = compare(&native, &yade, None);
-    for table in ["settled grains", "last grains"] {
-        let bits = comparison.tables.iter().find(|of| of.table == table);
-        let bits = bits.expect("the table");
-        assert_eq!((bits.differing, bits.numbers), (0, 25_000), "{table}");
-    }
-    let sliding = |contact: &&grains::tables::Contact| contact.tangential_force != 0.0;
+    is_same(&comparison, "settled grains", 25_000);
+    is_same(&comparison, "last grains", 25_000);
+    let sliding = |contact: &&Contact| contact.tangential_force != 0.0;
     let count = native.last.contacts.iter().filter(sliding).count();
     assert!(count > 5000, "{count} contacts bear a tangential force");
     assert!(native.last.bodies.spin.iter().all(|spin| *spin != 0.0));
@@ -108,8 +113,7 @@ fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
         }
         scene.contact.viscosity = viscosity;
         scene.measurement.history_every = 50;
-        let [native, _] = agreed(&scene, Protocol::Whole);
-        assert_eq!(native.record.stages.len(), 2);
+        let (native, _) = agreed_whole(&scene);
         let mut contacts = native.last.contacts.iter();
         assert!(contacts.any(|contact| contact.tangential_force != 0.0));
     }
@@ -123,8 +127,7 @@ fn constants_of_loading_have_the_same_bits_in_both_engines() {
         scene.measurement.history_every = 50;
         assert_eq!(yade::lacking(&scene).is_none(), has_yade, "{name}");
         if has_yade {
-            let [native, _] = agreed(&scene, Protocol::Whole);
-            assert_eq!(native.record.stages.len(), 2);
+            agreed_whole(&scene);
         }
     }
 }
@@ -173,8 +176,7 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     let mut standing = small_scene();
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
     for scene in [small_scene(), slow, spheres, standing] {
-        let [native, _] = agreed(&scene, Protocol::Whole);
-        assert_eq!(native.record.stages.len(), 2);
+        agreed_whole(&scene);
     }
 }
 
@@ -185,7 +187,7 @@ fn a_punch_driven_to_the_floor_gives_the_same_bits() {
     scene.loading.pressure = 1.0e9;
     scene.loading.speed = 0.4;
     scene.loading.give_up_depth = 0.07;
-    let [native, _] = agreed(&scene, Protocol::Whole);
+    let (native, _) = agreed_whole(&scene);
     let deepest = native.history.last().and_then(|row| row.punch_depth);
     assert!(deepest.is_some_and(|depth| depth >= 0.07));
     let punch = scene.particles.count + 3;
@@ -293,11 +295,7 @@ fn yade_holds_no_socket_and_does_not_outlive_the_program() {
     assert!(Path::new(&format!("/proc/{pid}")).exists(), "it is at work");
     child.0.kill().expect("a running program");
     child.0.wait().expect("an ended program");
-    let killed = Instant::now();
-    while is_running(pid) && killed.elapsed() < Duration::from_secs(30) {
-        std::thread::sleep(Duration::from_millis(100));
-    }
-    assert!(!is_running(pid), "YADE goes on though nobody waits for it");
+    within(30, "YADE ends, for which nobody waits", || !is_running(pid));
 }
 
 fn child_of(parent: u32) -> Option<u32> {

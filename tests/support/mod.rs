@@ -279,6 +279,17 @@ impl Drop for Running {
     }
 }
 
+/// Waits until this holds, which it must within so many seconds.
+#[track_caller]
+pub fn within(seconds: u64, what: &str, holds: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !holds() {
+        let waits = began.elapsed() < Duration::from_secs(seconds);
+        assert!(waits, "not within {seconds} s: {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
 /// Sends this signal.
 pub fn send(child: &Child, signal: &str) {
     let sent = Command::new("kill")
