@@ -26,46 +26,33 @@ fn dense(network: &Network, stiffness: f64, damping: f64) -> DMatrix<f64> {
     matrix
 }
 
-fn largest(matrix: DMatrix<f64>) -> f64 {
-    SymmetricEigen::new(matrix).eigenvalues.max()
-}
-
-fn scenes() -> Vec<MapScene> {
+fn scenes() -> Vec<(MapScene, Network)> {
     let mut scenes = small();
     scenes.push(crystal(6).expect("a crystal at rest"));
-    scenes
+    let network = |scene: &MapScene| Network::of(&scene.case).expect("a network");
+    let networks: Vec<Network> = scenes.iter().map(network).collect();
+    scenes.into_iter().zip(networks).collect()
 }
 
 fn apart(found: Option<Found>, predicted: f64) -> f64 {
     found.map_or(f64::NAN, |found| (found.limit() / predicted - 1.0).abs())
 }
 
+/// At the limit the largest eigenvalue of dt²K + 2dt C over the masses is 4/(1+α).
 #[test]
-fn lanczos_finds_the_largest_eigenvalue_of_the_full_matrix() {
-    for scene in scenes() {
-        let network = Network::of(&scene.case).expect("a network");
-        let dt = network.limit(0.0).dt;
-        for (stiffness, damping) in [(1.0, 0.0), (dt * dt, 2.0 * dt)] {
+fn lanczos_finds_the_largest_eigenvalue_of_the_full_matrix_and_its_limit() {
+    for (MapScene { name, .. }, network) in scenes() {
+        for alpha in [None, Some(0.0), Some(0.2)] {
+            let dt = alpha.map(|alpha| network.limit(alpha).dt);
+            let (stiffness, damping) = dt.map_or((1.0, 0.0), |dt| (dt * dt, 2.0 * dt));
             let full = dense(&network, stiffness, damping);
             let off = (&full - full.transpose()).amax();
-            assert!(off <= 1.0e-12 * full.amax(), "{}", scene.name);
-            let found = network.top(stiffness, damping).value;
-            let wanted = largest(full);
-            let ratio = found / wanted;
-            assert!((ratio - 1.0).abs() < 1.0e-6, "{}: {ratio}", scene.name);
-        }
-    }
-}
-
-/// At the limit the largest eigenvalue of dt²K + 2dt C over the masses is 4/(1+α), by the full matrix.
-#[test]
-fn at_the_limit_the_largest_eigenvalue_is_four() {
-    for scene in scenes() {
-        let network = Network::of(&scene.case).expect("a network");
-        for alpha in [0.0, 0.2] {
-            let dt = network.limit(alpha).dt;
-            let found = largest(dense(&network, dt * dt, 2.0 * dt)) * (1.0 + alpha);
-            assert!((found - 4.0).abs() < 1.0e-4, "{}: {found}", scene.name);
+            assert!(off <= 1.0e-12 * full.amax(), "{name}");
+            let largest = SymmetricEigen::new(full).eigenvalues.max();
+            let ratio = network.top(stiffness, damping).value / largest;
+            assert!((ratio - 1.0).abs() < 1.0e-6, "{name}: {ratio}");
+            let off = alpha.map_or(0.0, |alpha| largest * (1.0 + alpha) - 4.0);
+            assert!(off.abs() < 1.0e-4, "{name}: {off}");
         }
     }
 }
@@ -109,8 +96,7 @@ fn the_network_is_the_derivative_of_the_forces() {
 
 #[test]
 fn found_limits_are_the_predicted_ones() {
-    for scene in scenes() {
-        let network = Network::of(&scene.case).expect("a network");
+    for (scene, network) in scenes() {
         let random = Disturbed::at_random(&scene.case, scene.axes).expect("a disturbance");
         let found = random.undamped().expect("trials");
         let off = apart(found, network.limit(0.0).dt);
@@ -173,24 +159,15 @@ fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
 #[test]
 fn a_run_folder_keeps_the_evidence_for_its_step() {
     use crossgrain::run::folder::record::RECORD_VERSION;
-    use crossgrain::run::{Engine, Preparation, prepared};
     let scene = small_bed();
     let choice = time_step::choose(&scene, 0.5).expect("a step");
-    let chosen = time_step::with_step(&scene, &choice);
-    let folder = new_folder();
-    let out = folder.join("run");
-    let engine = Engine::Native(native::Options::default());
-    let steps = Protocol::Steps { steps: 100 };
-    let display = Display::new(true);
-    let preparation = Preparation {
-        step_choice: Some(choice.clone()),
-        ..Preparation::default()
-    };
-    prepared(&chosen, preparation, &engine, steps, &out, &display).expect("a run");
-    let read = read_run(&out);
-    assert_eq!(read.record.version, RECORD_VERSION);
-    assert_eq!(read.record.time_step, choice.time_step);
-    assert_eq!(read.record.step_choice, Some(choice));
+    let folder = &folder_with(&scene);
+    let run = "run scene.json --engine native --auto-step 0.5 --steps 100 --out run";
+    ends(folder, 0, run);
+    let record = read_run(folder.join("run")).record;
+    assert_eq!(record.version, RECORD_VERSION);
+    assert_eq!(record.time_step, choice.time_step);
+    assert_eq!(record.step_choice, Some(choice));
 }
 
 #[test]
@@ -199,10 +176,10 @@ fn yade_proposes_by_its_formulas() {
     use crossgrain::engine::yade::{Options, propose};
     use crossgrain::limits::stability::time_step::by_formula;
     let scenes = scenes();
-    let cases: Vec<_> = scenes.iter().map(|scene| &scene.case).collect();
+    let cases: Vec<_> = scenes.iter().map(|(scene, _)| &scene.case).collect();
     let work = &new_folder();
     let (proposals, _) = propose(&cases, &Options::default(), work).expect("YADE answers");
-    for (scene, of_yade) in scenes.iter().zip(proposals) {
+    for ((scene, _), of_yade) in scenes.iter().zip(proposals) {
         let ours = by_formula(&scene.case).expect("the formulas");
         for (ours, yade) in [
             (ours.p_wave, of_yade.p_wave),

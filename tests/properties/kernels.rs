@@ -14,15 +14,6 @@ fn general(scene: &Scene) -> Scene {
     scene
 }
 
-fn same_motion(one: &Bodies, other: &Bodies) -> bool {
-    let bits = |bodies: &Bodies| -> Vec<u64> {
-        let columns = [&bodies.x, &bodies.z, &bodies.vx, &bodies.vz];
-        let all = columns.into_iter().flatten();
-        all.map(|of| of.to_bits()).collect()
-    };
-    bits(one) == bits(other)
-}
-
 #[test]
 fn friction_of_nothing_has_the_bits_of_no_friction() {
     let mut scene = paper_scene(1, 500);
@@ -36,12 +27,14 @@ fn friction_of_nothing_has_the_bits_of_no_friction() {
     };
     let (smooth, rough) = (poured(&scene), poured(&general(&scene)));
     assert_eq!(smooth.len(), 13);
-    for (smooth, rough) in smooth.iter().zip(&rough) {
-        let same = same_motion(&smooth.bodies, &rough.bodies);
-        assert!(same, "step {}", smooth.step);
-        assert_eq!(smooth.contacts, rough.contacts, "step {}", smooth.step);
+    for (smooth, mut rough) in smooth.iter().zip(rough) {
+        let step = smooth.step;
+        assert_eq!(smooth.contacts, rough.contacts, "step {step}");
         // A normal force turns a grain by its rounding.
-        assert!(rough.bodies.spin.iter().all(|spin| spin.abs() < 1.0e-9));
+        let spins = std::mem::take(&mut rough.bodies.spin);
+        assert!(spins.iter().all(|spin| spin.abs() < 1.0e-9));
+        let [smooth, rough] = [&smooth.bodies, &rough.bodies].map(Bodies::digest);
+        assert_eq!(smooth, rough, "step {step}");
     }
     let contacts = smooth[12].contacts.len();
     assert!(contacts > 500, "{contacts}");
