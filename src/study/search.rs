@@ -7,7 +7,7 @@ pub mod space;
 use serde::{Deserialize, Serialize};
 
 use crate::checks::{Check, Outcome, verdict};
-use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
+use crate::document::{Axis, Colour, Document, Plot, Point, Section, Table};
 use crate::study::member::{Beds, Members, OfBeds};
 use crate::study::realization::{OTHER_BED, Setting, Specification};
 use crate::study::search::matching::{BINS, Expectation, Figure, Observed, Search, keep};
@@ -53,26 +53,19 @@ impl Plan {
         let source = &mut Source::new(&KEY, 0);
         let beds = latin_hypercube(source, size.beds, OF_POURING);
         let loads = latin_hypercube(source, size.beds * size.loads, AXES.len() - OF_POURING);
-        let settings = beds
-            .iter()
-            .zip(loads.chunks(size.loads))
-            .map(|(bed, loads)| {
-                let whole = loads.iter().map(|load| [&bed[..], load].concat());
-                whole.collect()
-            });
+        let beds = beds.iter().zip(loads.chunks(size.loads));
+        let settings = beds.map(|(bed, loads)| {
+            let whole = loads.iter().map(|load| [&bed[..], load].concat());
+            whole.collect()
+        });
         Plan::of(base, 1, settings.collect(), size.clouds, Vec::new())
     }
 
-    /// The wave after this one, among the settings that are left.
-    ///
-    /// # Errors
-    ///
-    /// Why there is none: an emulator is worse than it says and may not exclude anything, or nothing is left.
+    /// The wave after this one, among the settings that are left; or why there is none: an emulator is worse than it says and may
+    /// not exclude anything, or nothing is left.
     pub fn next(&self, found: &Search, size: Size) -> Result<Self, &'static str> {
-        let fitted = found.fitted().filter(|_| found.is_sound());
-        let fitted = fitted.ok_or(
-            "its emulators are not good enough to exclude settings; plan it with more beds",
-        )?;
+        let why = "its emulators are not good enough to exclude settings; plan it with more beds";
+        let fitted = found.fitted().filter(|_| found.is_sound()).ok_or(why)?;
         let matched = found.matched(&fitted);
         let left = found.left(&matched);
         let wave = self.wave + 1;
@@ -89,11 +82,10 @@ impl Plan {
         };
         let beds = spread(&left, size.beds).into_iter().enumerate().map(bed);
         let beds: Vec<Vec<Vec<f64>>> = beds.filter(|loads| !loads.is_empty()).collect();
-        let before = found.observed.clone();
         if beds.is_empty() {
             return Err("no setting is left");
         }
-        let base = self.base.clone();
+        let (base, before) = (self.base.clone(), found.observed.clone());
         Ok(Plan::of(base, wave, beds, size.clouds, before))
     }
 
@@ -202,36 +194,32 @@ impl Search {
         let Some(best) = self.best.first() else {
             return "Nothing can be said yet: too few rows are there.".to_owned();
         };
-        let [one, other] = self.odds.first().map_or(["", ""], |of| {
-            [0, 1].map(|index| self.title(&of.figures[index]))
-        });
-        let odds = self.odds.first().map_or(0.0, |of| of.least);
         if !self.is_sound() {
             return "Nothing can be said yet: an emulator is worse than it says.".to_owned();
         }
+        let farthest = best.implausibility;
         if self.is_none_left() {
+            let odds = self.odds.first();
+            let title = |index: usize| odds.map_or("", |of| self.title(&of.figures[index]));
             return format!(
-                "No setting of this space gives all published figures: the least implausible one is at {:.2}, beyond {CUT}. The \
-                 hardest to have at once are {one} and {other}, at {odds:.2}.",
-                best.implausibility
+                "No setting of this space gives all published figures: the least implausible one is at {farthest:.2}, beyond {CUT}. The \
+                 hardest to have at once are {} and {}, at {:.2}.",
+                title(0),
+                title(1),
+                odds.map_or(0.0, |of| of.least)
             );
         }
-        format!(
-            "{} of the settings looked at may give all published figures: no figure expected of them is more than {CUT} deviations from \
-             the published one. The nearest setting has {}; its farthest figure is {:.2} deviations away. `study plan candidates` decides \
-             by fresh packings.",
-            self.share_left(),
-            space::told(&best.at),
-            best.implausibility
-        )
-    }
-
-    /// Of so many candidates none may be left, though better ones were found near the best of them.
-    fn share_left(&self) -> String {
-        match self.left > 0.0 {
+        // None of the candidates may be left, though better ones were found near the best of them.
+        let share = match self.left > 0.0 {
             true => format!("{:.2} %", 100.0 * self.left),
             false => format!("Less than one in {}", self.candidates),
-        }
+        };
+        let has = space::told(&best.at);
+        format!(
+            "{share} of the settings looked at may give all published figures: no figure expected of them is more than {CUT} deviations from \
+             the published one. The nearest setting has {has}; its farthest figure is {farthest:.2} deviations away. `study plan candidates` \
+             decides by fresh packings."
+        )
     }
 
     fn title<'a>(&'a self, id: &str) -> &'a str {
@@ -298,43 +286,37 @@ impl Search {
     }
 
     fn best_settings(&self) -> Section {
-        let best = || self.best.iter().take(SHOWN);
-        let names = (1..)
-            .zip(best())
-            .map(|(place, _)| format!("setting {place}"));
-        let names: Vec<String> = ["choice or figure".into(), "published".into()]
-            .into_iter()
-            .chain(names)
-            .collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let mut table = Table::new("best", "The least implausible settings", &names);
-        let mut row = |name: &str, published: Cell, of: &dyn Fn(&Expectation) -> Cell| {
-            let first = [Cell::from(name), published];
-            table.row(first.into_iter().chain(best().map(of)));
+        let best = &self.best[..self.best.len().min(SHOWN)];
+        let row = |name: &str, published: Option<String>, of: &dyn Fn(&Expectation) -> String| {
+            let words: Vec<String> = best.iter().map(of).collect();
+            (name.to_owned(), published, words)
         };
-        for (index, axis) in AXES.iter().enumerate() {
-            let words = |of: &Expectation| axis.scale.words(of.at[index]).into();
-            row(axis.name, Cell::Missing, &words);
-        }
-        for (index, figure) in self.figures.iter().enumerate() {
-            let words = |mean: f64, deviation: f64| match figure.unit.as_str() {
+        let axes = AXES.iter().enumerate();
+        let axes =
+            axes.map(|(index, axis)| row(axis.name, None, &|of| axis.scale.words(of.at[index])));
+        let figures = self.figures.iter().enumerate();
+        let figures = figures.map(|(index, figure)| {
+            let words = |[mean, deviation]: [f64; 2]| match figure.unit.as_str() {
                 "Pa" => format!("{:.1} ± {:.1} kPa", 1.0e-3 * mean, 1.0e-3 * deviation),
                 _ => format!("{mean:.3} ± {deviation:.3}"),
             };
-            let published = words(figure.value, figure.deviation);
-            row(&figure.title, published.into(), &|of| {
-                let [mean, deviation] = of.expected[index];
-                words(mean, deviation).into()
-            });
-        }
-        row("implausibility", Cell::Missing, &|of| {
-            format!("{:.2}", of.implausibility).into()
+            let published = words([figure.value, figure.deviation]);
+            row(&figure.title, Some(published), &|of| {
+                words(of.expected[index])
+            })
         });
-        Section::new(
-            "The best settings",
-            "What is expected of them, with deviations.",
-        )
-        .with(table)
+        let last = row("implausibility", None, &|of| {
+            format!("{:.2}", of.implausibility)
+        });
+        let rows: Vec<_> = axes.chain(figures).chain([last]).collect();
+        let table = Table::of("best", "The least implausible settings", &rows)
+            .column("choice or figure", |row| &row.0)
+            .column("published", |row| row.1.clone());
+        let table = (0..best.len()).fold(table, |table, place| {
+            table.column(&format!("setting {}", place + 1), |row| &row.2[place])
+        });
+        let words = "What is expected of them, with deviations.";
+        Section::new("The best settings", words).with(table)
     }
 
     fn at_odds(&self) -> Section {
@@ -362,8 +344,7 @@ impl Search {
         let mut plot = Plot::new("pairs", caption, x, y);
         let place =
             |axis: usize, bin: usize| axis as f64 + 0.9 * ((bin as f64 + 0.5) / BINS as f64 - 0.5);
-        let mut least: [Vec<Point>; 4] = Default::default();
-        let mut left: [Vec<Point>; 3] = Default::default();
+        let mut groups: [Vec<Point>; LEAST.len() + LEFT.len()] = Default::default();
         for map in &self.maps {
             let [first, second] = map.axes;
             for bin in 0..BINS * BINS {
@@ -373,46 +354,31 @@ impl Search {
                 let found = map.least[bin];
                 let class = |least: f64| LEAST.iter().position(|of| least <= of.0);
                 if let Some(class) = found.and_then(class) {
-                    least[class].push(at);
+                    groups[class].push(at);
                 }
                 let at = Point::at(place(second, row), place(first, BINS - 1 - column));
                 if let Some(class) = LEFT.iter().position(|of| map.left[bin] >= of.0) {
-                    left[class].push(at);
+                    groups[LEAST.len() + class].push(at);
                 }
             }
         }
-        let least = least.into_iter().zip(LEAST);
-        for (points, (_, name, colour)) in least.chain(left.into_iter().zip(LEFT)) {
+        for (points, (_, name, colour)) in groups.into_iter().zip(LEAST.into_iter().chain(LEFT)) {
             plot = plot.points(name, colour, points);
         }
         Section::new("What is left", "").with(plot)
     }
 
     fn settings(&self) -> Section {
-        let mut names = vec!["bed"];
-        names.extend(self.axes.iter().map(String::as_str));
-        names.extend(self.figures.iter().map(|of| of.title.as_str()));
-        let mut table = Table::new(
-            "settings",
-            "Every setting that was run, and its means",
-            &names,
-        );
-        for of in &self.observed {
-            let axes = of
-                .at
-                .iter()
-                .zip(&AXES)
-                .map(|(at, axis)| Cell::Text(axis.scale.words(*at)));
-            let means = self
-                .figures
-                .iter()
-                .map(|figure| of.of.get(&figure.id).map(|of| of.mean).into());
-            table.row(
-                std::iter::once(Cell::Count(of.bed))
-                    .chain(axes)
-                    .chain(means),
-            );
-        }
+        let title = "Every setting that was run, and its means";
+        let table = Table::of("settings", title, &self.observed).column("bed", |of| of.bed);
+        let axes = self.axes.iter().zip(&AXES).enumerate();
+        let table = axes.fold(table, |table, (index, (name, axis))| {
+            let words = |at: &f64| axis.scale.words(*at);
+            table.column(name, |of| of.at.get(index).map(words))
+        });
+        let table = self.figures.iter().fold(table, |table, figure| {
+            table.column(&figure.title, |of| of.of.get(&figure.id).map(|of| of.mean))
+        });
         Section::new("Settings", "").with(table)
     }
 }

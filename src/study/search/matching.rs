@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use evidence::emulator::{Emulator, Observation};
 use evidence::history::{CUT, Candidate, Match, Target};
-use evidence::moments::{mean, standard_deviation};
+use evidence::moments::{mean, median, standard_deviation};
 use evidence::random::Key;
-use evidence::{Interval, proportion};
+use evidence::{Interval, in_parallel, proportion};
 use serde::{Deserialize, Serialize};
 
 use crate::paper::published::{Of, PUBLISHED, Published};
 use crate::study::member::{Member, Members};
-use crate::study::realization::Ending;
+use crate::study::realization::{Ending, Setting};
 use crate::study::search::space::{AXES, snap};
 use crate::study::search::{OF_BED, Plan};
 
@@ -106,7 +106,7 @@ pub struct Map {
     pub left: Vec<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Search {
     pub wave: u64,
     pub scene_digest: String,
@@ -189,12 +189,7 @@ impl Search {
             observed: plan.before.iter().cloned().chain(observed).collect(),
             figures: figures.collect(),
             left: 1.0,
-            candidates: 0,
-            best: Vec::new(),
-            odds: Vec::new(),
-            maps: Vec::new(),
-            found_again: None,
-            of_impossible: None,
+            ..Search::default()
         };
         if let Some(fitted) = search.fitted() {
             search.judge(&fitted);
@@ -202,37 +197,25 @@ impl Search {
         search
     }
 
-    fn of_figure(&self, id: &str) -> impl Iterator<Item = Observation> {
-        self.observed.iter().filter_map(move |of| {
-            let sampled = of.of.get(id)?;
-            Some(Observation {
-                at: of.at.clone(),
-                group: of.bed as usize,
-                mean: sampled.mean,
-                variance: sampled.variance,
-            })
-        })
-    }
-
     /// An emulator of each figure; none while there is too little of one.
     pub fn fitted(&self) -> Option<Fitted> {
-        let fit = |figure: &Figure| {
-            let emulator = Emulator::of(self.of_figure(&figure.id).collect(), figure.correlation)?;
-            let Figure {
-                value, deviation, ..
-            } = *figure;
+        let fit = |index: usize| {
+            let figure = &self.figures[index];
+            let (value, deviation) = (figure.value, figure.deviation);
+            let observed = self.observed.iter().filter_map(|of| {
+                let sampled = of.of.get(&figure.id)?;
+                Some(Observation {
+                    at: of.at.clone(),
+                    group: of.bed as usize,
+                    mean: sampled.mean,
+                    variance: sampled.variance,
+                })
+            });
+            let emulator = Emulator::of(observed.collect(), figure.correlation)?;
             Some((Target { value, deviation }, emulator))
         };
-        std::thread::scope(|scope| {
-            let fit = &fit;
-            let all = self.figures.iter();
-            let all: Vec<_> = all.map(|of| scope.spawn(move || fit(of))).collect();
-            let fitted = all.into_iter().map(|of| match of.join() {
-                Ok(fitted) => fitted,
-                Err(panic) => std::panic::resume_unwind(panic),
-            });
-            fitted.collect()
-        })
+        let fitted = in_parallel(self.figures.len(), fit);
+        fitted.into_iter().collect()
     }
 
     pub fn matched<'a>(&self, fitted: &'a Fitted) -> Matched<'a> {
@@ -259,16 +242,16 @@ impl Search {
         let better = matched.better(&KEY, &all, Candidate::worst);
         let mut best: Vec<&Candidate> = all.iter().chain(&better).collect();
         best.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
-        let expectation = |of: &&Candidate| Expectation {
-            at: of.at.clone(),
-            implausibility: of.worst(),
-            expected: fitted
-                .iter()
-                .map(|(_, emulator)| {
-                    let found = emulator.at(&of.at);
-                    [found.mean, found.variance.sqrt()]
-                })
-                .collect(),
+        let expectation = |of: &&Candidate| {
+            let expected = fitted.iter().map(|(_, emulator)| {
+                let found = emulator.at(&of.at);
+                [found.mean, found.variance.sqrt()]
+            });
+            Expectation {
+                at: of.at.clone(),
+                implausibility: of.worst(),
+                expected: expected.collect(),
+            }
         };
         self.best = best.iter().take(SHOWN).map(expectation).collect();
         let least = |one: usize, other: usize| {
@@ -278,12 +261,9 @@ impl Search {
         };
         for (index, (figure, (_, emulator))) in self.figures.iter_mut().zip(fitted).enumerate() {
             figure.inflation = emulator.inflation;
-            let deviations = all
-                .iter()
-                .take(500)
-                .map(|of| emulator.at(&of.at).variance.sqrt());
-            let deviations: Vec<f64> = deviations.collect();
-            figure.uncertainty = evidence::moments::median(&deviations).unwrap_or(f64::INFINITY);
+            let deviation = |of: &Candidate| emulator.at(&of.at).variance.sqrt();
+            let deviations: Vec<f64> = all.iter().take(500).map(deviation).collect();
+            figure.uncertainty = median(&deviations).unwrap_or(f64::INFINITY);
             figure.least = least(index, index);
         }
         self.found_again = found_again(fitted);
@@ -319,9 +299,8 @@ impl Search {
     }
 
     pub fn is_none_left(&self) -> bool {
-        self.best
-            .first()
-            .is_some_and(|best| best.implausibility > CUT)
+        let best = self.best.first();
+        best.is_some_and(|of| of.implausibility > CUT)
     }
 }
 
@@ -333,25 +312,18 @@ impl Map {
             let [x, y] = axes.map(|axis| ((of.at[axis] * BINS as f64) as usize).min(BINS - 1));
             y * BINS + x
         };
-        let lower =
-            |of: &mut Option<f64>, worst: f64| *of = Some(of.map_or(worst, |of| of.min(worst)));
         for of in all {
-            lower(&mut least[bin(of)], of.worst());
             left[bin(of)] += f64::from(u8::from(of.is_left()));
             count[bin(of)] += 1.0;
         }
-        for of in better {
-            lower(&mut least[bin(of)], of.worst());
+        for of in all.iter().chain(better) {
+            let (least, worst) = (&mut least[bin(of)], of.worst());
+            *least = Some(least.map_or(worst, |of: f64| of.min(worst)));
         }
-        let left = left
-            .iter()
-            .zip(count)
-            .map(|(left, count)| left / f64::max(count, 1.0));
-        Map {
-            axes,
-            least,
-            left: left.collect(),
-        }
+        let shares = left.iter().zip(count);
+        let left = shares.map(|(left, count)| left / f64::max(count, 1.0));
+        let left = left.collect();
+        Map { axes, least, left }
     }
 }
 
@@ -375,10 +347,8 @@ type Values = BTreeMap<u64, f64>;
 /// The means of the wave's own settings, and how strongly those of one bed hang together, by figure.
 fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, f64>) {
     let beds = plan.beds.0.iter().enumerate();
-    let settings = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of)));
-    let all: Vec<_> = settings
-        .map(|(bed, of)| (bed, of, members.of(of)))
-        .collect();
+    let all = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of, members.of(of))));
+    let all: Vec<(usize, &Setting, Vec<&Member>)> = all.collect();
     let observed = all.iter().map(|(bed, setting, _)| Observed {
         at: setting.at.clone(),
         bed: plan.wave * OF_BED + *bed as u64,
@@ -400,11 +370,9 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
         let samples = values.iter().map(|of| of.values().copied().collect());
         let samples: Vec<Vec<f64>> = samples.collect();
         let enough = |of: &&Vec<f64>| of.len() > 2;
-        let variances = samples
-            .iter()
-            .filter(enough)
-            .map(|of| standard_deviation(of).powi(2));
-        let pooled = mean(&variances.collect::<Vec<f64>>());
+        let variance = |of: &Vec<f64>| standard_deviation(of).powi(2);
+        let variances: Vec<f64> = samples.iter().filter(enough).map(variance).collect();
+        let pooled = mean(&variances);
         for (observed, sample) in observed.iter_mut().zip(&samples).filter(|of| enough(&of.1)) {
             let (count, mean) = (sample.len(), mean(sample));
             let free = (count - 1) as f64;
@@ -415,8 +383,8 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
                     share * (1.0 - share) / count as f64
                 }
                 _ => {
-                    let own = standard_deviation(sample).powi(2);
-                    (free * own + POOLED * pooled) / (free + POOLED) / count as f64
+                    let all = free * variance(sample) + POOLED * pooled;
+                    all / (free + POOLED) / count as f64
                 }
             };
             let sampled = Sampled {
@@ -438,25 +406,20 @@ fn correlation(beds: &[usize], values: &[Values]) -> f64 {
     let standard = |of: &Values| -> Option<Values> {
         let own: Vec<f64> = of.values().copied().collect();
         let (middle, unit) = (mean(&own), standard_deviation(&own));
-        let all = of
-            .iter()
-            .map(|(cloud, value)| (*cloud, (value - middle) / unit));
+        let own = of.iter();
+        let all = own.map(|(cloud, value)| (*cloud, (value - middle) / unit));
         (unit > 0.0).then(|| all.collect())
     };
-    let all: Vec<(usize, Values)> = beds
-        .iter()
-        .zip(values)
-        .filter_map(|(bed, of)| Some((*bed, standard(of)?)))
-        .collect();
+    let all = beds.iter().zip(values);
+    let all = all.filter_map(|(bed, of)| Some((*bed, standard(of)?)));
+    let all: Vec<(usize, Values)> = all.collect();
     let mut products = Vec::new();
     for (index, (bed, one)) in all.iter().enumerate() {
         for (_, other) in all[..index].iter().filter(|of| of.0 == *bed) {
-            let both = one
-                .iter()
-                .filter_map(|(cloud, a)| Some(a * other.get(cloud)?));
-            let both: Vec<f64> = both.collect();
+            let both = one.iter();
+            let both = both.filter_map(|(cloud, a)| Some(a * other.get(cloud)?));
             let free = one.len().min(other.len()).saturating_sub(1).max(1) as f64;
-            products.push(both.iter().sum::<f64>() / free);
+            products.push(both.sum::<f64>() / free);
         }
     }
     match products.is_empty() {

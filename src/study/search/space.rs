@@ -10,8 +10,6 @@ pub struct Axis {
     /// With its unit after the last comma.
     pub name: &'static str,
     pub scale: Scale,
-    /// Whether the answer in a sentence has it.
-    pub is_told: bool,
     put: fn(&mut Scene, f64),
 }
 
@@ -25,111 +23,94 @@ pub enum Scale {
     OneOf(&'static [(&'static str, f64)]),
 }
 
+/// The choices of [`AXES`] that the answer in a sentence has: both frictions, the diameter and the punch's speed.
+const TOLD: [usize; 4] = [0, 4, 7, 8];
+
 /// Beds differ in the first of [`AXES`], loads on them in the others.
 pub const OF_POURING: usize = 7;
 
 const FRICTION: Scale = Scale::FromZero(0.6);
 const ALPHA: Scale = Scale::Even([0.1, 0.8]);
 
+const fn axis(name: &'static str, scale: Scale, put: fn(&mut Scene, f64)) -> Axis {
+    Axis { name, scale, put }
+}
+
 /// Table 2 prints φ = 0; its friction is doubted, since with friction in loading the load is borne at millimetres.
 pub const AXES: [Axis; 12] = [
-    Axis {
-        name: "friction in pouring, rad",
-        scale: FRICTION,
-        is_told: true,
-        put: |scene, value| scene.material.friction_angle = value,
-    },
-    Axis {
-        name: "k_s/k_n",
-        scale: Scale::Even([0.1, 1.0]),
-        is_told: false,
-        put: |scene, value| scene.material.stiffness_ratio = value,
-    },
-    Axis {
-        name: "settled at kinetic energy over its peak",
-        scale: Scale::PowersOfTen([1.0e-6, 1.0e-2]),
-        is_told: false,
-        put: |scene, value| scene.settle.kinetic_energy_fraction = value,
-    },
-    Axis {
-        name: "damping α of pouring",
-        scale: ALPHA,
-        is_told: false,
-        put: |scene, alpha| scene.damping = Damping::Cundall { alpha },
-    },
-    Axis {
-        name: "mean diameter, mm",
-        scale: Scale::Even([9.0, 10.2]),
-        is_told: true,
-        put: |scene, value| put(scene, Change::Diameter(1.0e-3 * value)),
-    },
-    Axis {
-        name: "normal stiffness of Eq. 4",
-        scale: Scale::OneOf(&[("E·R", 1.0), ("E·D", 2.0)]),
-        is_told: false,
-        put: |scene, value| put(scene, Change::Modulus(value)),
-    },
-    Axis {
-        name: "friction turns grains",
-        scale: Scale::OneOf(&[("yes", 0.0), ("no", 1.0)]),
-        is_told: false,
-        put: |scene, value| {
+    axis("friction in pouring, rad", FRICTION, |scene, value| {
+        scene.material.friction_angle = value;
+    }),
+    axis("k_s/k_n", Scale::Even([0.1, 1.0]), |scene, value| {
+        scene.material.stiffness_ratio = value;
+    }),
+    axis(
+        "settled at kinetic energy over its peak",
+        Scale::PowersOfTen([1.0e-6, 1.0e-2]),
+        |scene, value| scene.settle.kinetic_energy_fraction = value,
+    ),
+    axis("damping α of pouring", ALPHA, |scene, alpha| {
+        scene.damping = Damping::Cundall { alpha };
+    }),
+    axis(
+        "mean diameter, mm",
+        Scale::Even([9.0, 10.2]),
+        |scene, value| put(scene, Change::Diameter(1.0e-3 * value)),
+    ),
+    axis(
+        "normal stiffness of Eq. 4",
+        Scale::OneOf(&[("E·R", 1.0), ("E·D", 2.0)]),
+        |scene, value| put(scene, Change::Modulus(value)),
+    ),
+    axis(
+        "friction turns grains",
+        Scale::OneOf(&[("yes", 0.0), ("no", 1.0)]),
+        |scene, value| {
             scene.contact.rotation = match value < 0.5 {
                 true => Rotation::Free,
                 false => Rotation::Blocked,
             };
         },
-    },
-    Axis {
-        name: "friction in loading, rad",
-        scale: FRICTION,
-        is_told: true,
-        put: |scene, value| {
-            scene.loading.material = Some(Material {
-                friction_angle: value,
-                ..scene.material.clone()
-            });
-        },
-    },
-    Axis {
-        name: "speed of the punch, m/s",
-        scale: Scale::PowersOfTen([0.02, 0.2]),
-        is_told: true,
-        put: |scene, value| scene.loading.speed = value,
-    },
-    Axis {
-        name: "damping α of loading",
-        scale: ALPHA,
-        is_told: false,
-        put: |scene, alpha| scene.loading.damping = Some(Damping::Cundall { alpha }),
-    },
-    Axis {
-        name: "measured",
-        scale: Scale::OneOf(&[("at the force", 0.0), ("after 0.05 s at rest", 0.05)]),
-        is_told: false,
-        put: |scene, seconds| {
+    ),
+    axis("friction in loading, rad", FRICTION, |scene, value| {
+        scene.loading.material = Some(Material {
+            friction_angle: value,
+            ..scene.material.clone()
+        });
+    }),
+    axis(
+        "speed of the punch, m/s",
+        Scale::PowersOfTen([0.02, 0.2]),
+        |scene, value| scene.loading.speed = value,
+    ),
+    axis("damping α of loading", ALPHA, |scene, alpha| {
+        scene.loading.damping = Some(Damping::Cundall { alpha });
+    }),
+    axis(
+        "measured",
+        Scale::OneOf(&[("at the force", 0.0), ("after 0.05 s at rest", 0.05)]),
+        |scene, seconds| {
             scene.loading.after_force = match seconds > 0.0 {
                 true => AfterForce::StandStill { seconds },
                 false => AfterForce::MeasureAtOnce,
             };
         },
-    },
-    Axis {
-        name: "depth counted from",
-        scale: Scale::OneOf(&[
+    ),
+    axis(
+        "depth counted from",
+        Scale::OneOf(&[
             ("mean surface", 0.0),
             ("highest grain", 1.0),
             ("twice the centre of mass", 2.0),
         ]),
-        is_told: false,
-        put: |scene, value| {
+        |scene, value| {
             scene.measurement.surface_height = match value {
                 ..0.5 => SurfaceHeight::MeanSurface,
                 ..1.5 => SurfaceHeight::HighestGrain,
                 _ => SurfaceHeight::TwiceCentreOfMass,
             };
         },
-    },
+    ),
 ];
 
 fn put(scene: &mut Scene, change: Change) {
@@ -171,12 +152,12 @@ fn level(at: f64, levels: usize) -> usize {
 
 /// The choices that the answer in a sentence has, at these coordinates.
 pub fn told(at: &[f64]) -> String {
-    let choices = AXES.iter().zip(at).filter(|(axis, _)| axis.is_told);
-    let choices = choices.map(|(axis, at)| {
-        let (title, unit) = axis.name.rsplit_once(", ").unwrap_or((axis.name, ""));
-        format!("{title} {} {unit}", axis.scale.words(*at))
+    let choices = TOLD.map(|index| {
+        let Axis { name, scale, .. } = &AXES[index];
+        let (title, unit) = name.rsplit_once(", ").unwrap_or((name, ""));
+        format!("{title} {} {unit}", scale.words(at[index]))
     });
-    choices.collect::<Vec<String>>().join(", ")
+    choices.join(", ")
 }
 
 /// Moves coordinates to those of their settings.
