@@ -162,13 +162,7 @@ impl Tradeoff {
         convergence: Vec<Convergence>,
         external: Option<&Description>,
     ) -> Self {
-        let point = |method: &Setting| {
-            let engine = external.filter(|_| method.specification.runner == Runner::External);
-            Point {
-                notes: engine.map_or(Vec::new(), |of| notes(&method.specification, of)),
-                ..Point::of(method, plan, members)
-            }
-        };
+        let point = |method: &Setting| Point::of(method, plan, members, external);
         let reference = point(&plan.reference);
         let mut points: Vec<Point> = plan.methods.iter().map(point).collect();
         dominance(&mut points);
@@ -179,7 +173,7 @@ impl Tradeoff {
             screening: plan.screening,
             confirmatory: plan.confirmatory,
             quantities: quantities(&members.of(&plan.reference)),
-            null_comparison: judge(&null_pairs(plan, &plan.reference, members), |_| true),
+            null_comparison: null_comparison(plan, &plan.reference, members),
             recommended: recommended(&points).map(|of| of.method.id.clone()),
             reference,
             points,
@@ -220,31 +214,36 @@ fn notes(of: &Specification, engine: &Description) -> Vec<String> {
     let lacks = format!("{} has no {}", engine.name, Part::list(&missing));
     let says = engine.approximations.iter();
     let says = says.map(|says| format!("it says of itself: {says}"));
-    (!missing.is_empty())
-        .then_some(lacks)
-        .into_iter()
-        .chain(says)
-        .collect()
+    let lacks = (!missing.is_empty()).then_some(lacks);
+    lacks.into_iter().chain(says).collect()
 }
 
 impl Point {
-    fn of(method: &Setting, plan: &Plan, members: &Members) -> Self {
+    fn of(
+        method: &Setting,
+        plan: &Plan,
+        members: &Members,
+        external: Option<&Description>,
+    ) -> Self {
         let screening = Setting {
             clouds: vec![method.clouds[0]],
             ..method.clone()
         };
         let wanted = method.realizations().count() as u64;
-        let judged = |clouds| {
-            let pairs = pairs(plan, method, clouds, members);
-            judge(&pairs, comparable(plan, method))
+        let reference = plan.reference_of(method);
+        let judged = |[first, last]: [u64; 2]| {
+            let of = [(reference, first), (method, first)];
+            let pairs = pairs(members, last + 1 - first, of);
+            judge(&pairs, comparable(method, reference))
         };
-        let is_reference = method == plan.reference_of(method);
+        let is_reference = method == reference;
         let tested = method.clouds.get(1).filter(|_| !is_reference);
         let screened = match is_reference && *method != plan.reference {
             // It stands among the methods, with the error that chance alone gives.
-            true => judge(&null_pairs(plan, method, members), |_| true),
+            true => null_comparison(plan, method, members),
             false => judged(method.clouds[0]),
         };
+        let engine = external.filter(|_| method.specification.runner == Runner::External);
         Point {
             costs: costs(&members.of(&screening)),
             screened,
@@ -252,16 +251,10 @@ impl Point {
             dominated_by: None,
             clearly: false,
             missing: wanted - members.of(method).len() as u64,
-            notes: Vec::new(),
+            notes: engine.map_or(Vec::new(), |of| notes(&method.specification, of)),
             digest: method.specification.digest(),
             method: method.clone(),
         }
-    }
-
-    /// The larger errors of the settled and of the loaded bed, over their margins.
-    fn errors(&self) -> Option<[Interval; 2]> {
-        let Judgement { bed, load, .. } = &self.screened;
-        Some([bed.as_ref()?.error, load.as_ref()?.error])
     }
 }
 
@@ -271,8 +264,9 @@ fn dominance(points: &mut [Point]) {
     let methods = points.iter().enumerate();
     let methods = methods.filter(|(_, of)| of.method.id != FRICTIONAL);
     let places = methods.filter_map(|(index, point)| {
-        let (cost, errors) = (point.costs?.cpu_seconds, point.errors()?);
-        Some((index, cost, errors))
+        let Judgement { bed, load, .. } = &point.screened;
+        let errors = [bed.as_ref()?.error, load.as_ref()?.error];
+        Some((index, point.costs?.cpu_seconds, errors))
     });
     let places: Vec<(usize, f64, [Interval; 2])> = places.collect();
     let frictional: Vec<bool> = points.iter().map(|of| is_frictional(&of.method)).collect();
@@ -305,29 +299,21 @@ fn recommended(points: &[Point]) -> Option<&Point> {
     cheapest.map(|(point, _)| point)
 }
 
+/// Members of two settings on so many clouds, each from a first one on.
 fn pairs<'a>(
-    plan: &Plan,
-    method: &Setting,
-    [first, last]: [u64; 2],
     members: &'a Members,
+    count: u64,
+    [one, other]: [(&Setting, u64); 2],
 ) -> Vec<(&'a Member, &'a Member)> {
-    let pair = |realization| {
-        let reference = &plan.reference_of(method).specification;
-        let reference = members.get(reference, realization)?;
-        Some((reference, members.get(&method.specification, realization)?))
-    };
-    (first..=last).filter_map(pair).collect()
+    let on = |(of, first): (&Setting, u64), next| members.get(&of.specification, first + next);
+    let pair = |next| on(one, next).zip(on(other, next));
+    (0..count).filter_map(pair).collect()
 }
 
 /// A reference against itself on other clouds.
-fn null_pairs<'a>(
-    plan: &Plan,
-    reference: &Setting,
-    members: &'a Members,
-) -> Vec<(&'a Member, &'a Member)> {
-    let on = |realization| members.get(&reference.specification, realization);
-    let pair = |of| on(1 + of).zip(on(FIRST_CONFIRMATORY + of));
-    (0..plan.screening).filter_map(pair).collect()
+fn null_comparison(plan: &Plan, reference: &Setting, members: &Members) -> Judgement {
+    let of = [1, FIRST_CONFIRMATORY].map(|first| (reference, first));
+    judge(&pairs(members, plan.screening, of), |_| true)
 }
 
 fn costs(members: &[&Member]) -> Option<Costs> {
@@ -370,11 +356,11 @@ fn quantities(reference: &[&Member]) -> Vec<Quantity> {
 }
 
 /// Heights can be compared only between beds of as many grains over the width.
-fn comparable(plan: &Plan, method: &Setting) -> impl Fn(&str) -> bool {
+fn comparable(method: &Setting, reference: &Setting) -> impl Fn(&str) -> bool {
     let load = |of: &Setting| {
         let scene = &of.specification.scene;
         f64::from(scene.particles.count) / scene.container.width
     };
-    let same_depth = (load(method) / load(plan.reference_of(method)) - 1.0).abs() < 1.0e-9;
+    let same_depth = (load(method) / load(reference) - 1.0).abs() < 1.0e-9;
     move |key| same_depth || !key.starts_with("settled.height.")
 }

@@ -77,16 +77,16 @@ impl Tradeoff {
             |judged| judged.load.as_ref(),
         );
         let drawn = |plot: &Plot| plot.marks.iter().any(|mark| mark.points().is_some());
-        let section = Section::new("Cost against error", words)
-            .with_all([bed, load].into_iter().filter(drawn));
-        let section = section.with(self.by_cost());
-        let section = section.with_all(self.remarks());
-        section.with(
-            "A method is dominated by the cheapest one that costs no more and errs no more, in the settled and in the loaded \
-             bed, by the estimates; where the intervals overlap it is only perhaps dominated. Methods with friction are compared with \
-             each other only. Processor times are those of \
-             single threads while all cores were busy; the steps do not depend on that.",
-        )
+        Section::new("Cost against error", words)
+            .with_all([bed, load].into_iter().filter(drawn))
+            .with(self.by_cost())
+            .with_all(self.remarks())
+            .with(
+                "A method is dominated by the cheapest one that costs no more and errs no more, in the settled and in the loaded \
+                 bed, by the estimates; where the intervals overlap it is only perhaps dominated. Methods with friction are compared with \
+                 each other only. Processor times are those of \
+                 single threads while all cores were busy; the steps do not depend on that.",
+            )
     }
 
     fn scatter(
@@ -147,27 +147,23 @@ impl Tradeoff {
     }
 
     fn by_cost(&self) -> Table {
-        let null = Point {
-            screened: self.null_comparison.clone(),
-            ..self.reference.clone()
-        };
-        let reference = Point {
-            screened: Judgement {
-                bed: None,
-                load: None,
-                ..self.reference.screened.clone()
-            },
-            ..self.reference.clone()
+        let itself = Judgement {
+            bed: None,
+            load: None,
+            ..self.reference.screened.clone()
         };
         let mut points: Vec<&Point> = self.points.iter().collect();
         let cost = |point: &Point| seconds(point).unwrap_or(f64::INFINITY);
         points.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         let words = "the reference on other clouds: null comparison";
-        let rows = [("the reference", &reference), (words, &null)].into_iter();
-        let rows = rows.chain(points.into_iter().map(|of| (of.method.name.as_str(), of)));
+        let judged = [("the reference", &itself), (words, &self.null_comparison)];
+        let references = judged.map(|(name, judged)| (name, &self.reference, judged));
+        let points = points.into_iter();
+        let points = points.map(|of| (of.method.name.as_str(), of, &of.screened));
+        let rows = references.into_iter().chain(points);
         let error = |worst: &Option<Worst>| Some(worst.as_ref()?.error);
         let largest = |worst: &Option<Worst>| Some(self.title(&worst.as_ref()?.key).to_owned());
-        let made = |of: &Point| Some(of.screened.endings.all()).filter(|all| *all > 0);
+        let made = |of: &Judgement| Some(of.endings.all()).filter(|all| *all > 0);
         let by = |point: &Point| {
             let id = point.dominated_by.as_ref()?;
             let name = self.point(id).map_or(id.as_str(), |of| &of.method.name);
@@ -175,30 +171,28 @@ impl Tradeoff {
             Some(format!("{perhaps}{name}"))
         };
         Table::of("methods", "Every method, by cost", rows)
-            .column("method", |(name, _)| name)
-            .column("what is changed", |(_, of)| &of.method.axis)
-            .column("processor time, median, s", |(_, of)| seconds(of))
-            .column("steps of pouring", |(_, of)| {
+            .column("method", |(name, ..)| name)
+            .column("what is changed", |(_, of, _)| &of.method.axis)
+            .column("processor time, median, s", |(_, of, _)| seconds(of))
+            .column("steps of pouring", |(_, of, _)| {
                 of.costs.map(|of| of.pour_steps)
             })
-            .column("steps of loading", |(_, of)| {
+            .column("steps of loading", |(_, of, _)| {
                 of.costs.map(|of| of.load_steps)
             })
-            .column("missed the load", |(_, of)| {
-                made(of).map(|_| of.screened.endings.missed())
+            .column("missed the load", |(.., of)| {
+                made(of).map(|_| of.endings.missed())
             })
-            .column("of", |(_, of)| made(of))
-            .column("error of the settled bed over margin", |(_, of)| {
-                error(&of.screened.bed)
+            .column("of", |(.., of)| made(of))
+            .column("error of the settled bed over margin", |(.., of)| {
+                error(&of.bed)
             })
-            .column("largest in", |(_, of)| largest(&of.screened.bed))
-            .column("error of the loaded bed over margin", |(_, of)| {
-                error(&of.screened.load)
+            .column("largest in", |(.., of)| largest(&of.bed))
+            .column("error of the loaded bed over margin", |(.., of)| {
+                error(&of.load)
             })
-            .column("largest in the loaded bed", |(_, of)| {
-                largest(&of.screened.load)
-            })
-            .column("dominated by", |(_, of)| by(of))
+            .column("largest in the loaded bed", |(.., of)| largest(&of.load))
+            .column("dominated by", |(_, of, _)| by(of))
             .into()
     }
 
@@ -286,12 +280,12 @@ impl Tradeoff {
         let section = Section::new("Every quantity, every method", words).as_details();
         let quantities = self.quantities.iter().filter(|of| of.margin.is_some());
         quantities.fold(section, |section, of| {
-            let row = |point| row_of(point, of.key.as_ref());
+            let rows = self.points.iter();
+            let rows = rows.map(|at| (at.method.name.clone(), &at.screened, of.key.as_ref()));
             let name = format!("bias-of-{}", of.key.replace(['.', '_'], "-"));
             let (title, reason) = (&of.title, &of.reason);
             let caption = format!("Bias of {title} over its margin. The margin: {reason}.");
-            let rows = self.points.iter().map(row).collect();
-            section.with(forest(&name, &caption, rows))
+            section.with(forest(&name, &caption, rows.collect()))
         })
     }
 
@@ -344,10 +338,6 @@ fn seconds(point: &Point) -> Option<f64> {
     point.costs.map(|costs| costs.cpu_seconds)
 }
 
-fn row_of<'a>(point: &'a Point, key: &'a str) -> (String, &'a Judgement, &'a str) {
-    (point.method.name.clone(), &point.screened, key)
-}
-
 /// Beside the kinds of methods.
 const RECOMMENDED: usize = 4;
 
@@ -358,17 +348,12 @@ fn kind(point: &Point) -> usize {
 
 /// What went wrong, and what the engine says of itself.
 fn remarks(point: &Point) -> Vec<String> {
-    let endings = &point.screened.endings;
-    let mut remarks: Vec<String> = endings.remarks().collect();
-    if point.missing > 0 {
-        remarks.push(format!("{} realizations are missing", point.missing));
-    }
-    if endings.poured > 0 {
-        let why = "skipped loading: the engine has no punch; cost and steps are those of pouring and settling";
-        remarks.push(why.to_owned());
-    }
-    remarks.extend(point.notes.iter().cloned());
-    remarks
+    let (endings, missing) = (&point.screened.endings, point.missing);
+    let missing = (missing > 0).then(|| format!("{missing} realizations are missing"));
+    let poured = "skipped loading: the engine has no punch; cost and steps are those of pouring and settling";
+    let poured = (endings.poured > 0).then(|| poured.to_owned());
+    let own = endings.remarks().chain(missing).chain(poured);
+    own.chain(point.notes.iter().cloned()).collect()
 }
 
 /// Biases over their margins, a row a name; how far beyond four margins a bias lies is in the numbers.

@@ -1,7 +1,7 @@
 //! A method's members against the reference's, paired by cloud. And the order of convergence on cases with exact solutions: what the
 //! time step does where nothing is chaotic.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 use serde::{Deserialize, Serialize};
 
@@ -333,8 +333,9 @@ const DENSITY: f64 = 1000.0;
 /// m: overlap of the swing in equilibrium, and its amplitude.
 const OVERLAP: f64 = 0.125;
 const AMPLITUDE: f64 = 0.0625;
-/// √(k/m) of one contact, rad/s.
+/// √(k/m) of one contact, and of the swing between two, rad/s.
 const FREQUENCY: f64 = 100.0;
+const OMEGA: f64 = FREQUENCY * SQRT_2;
 
 const PLACES: f64 = 8.0;
 
@@ -377,9 +378,12 @@ fn converged(
 }
 
 /// x after so many steps of a grain between two walls that both touch it all the time, m off the middle.
-fn between_walls(dt: f64, alpha: f64, start: [f64; 2], steps: u64) -> Result<f64, NativeError> {
+fn between_walls(dt: f64, alpha: f64, steps: u64) -> Result<f64, NativeError> {
     let width = 2.0 * (RADIUS - OVERLAP);
-    let grain = Grain::disc([0.5 * width + start[0], 0.0], RADIUS, DENSITY).moving([start[1], 0.0]);
+    // At rest at the start, so half a step before it moves outwards.
+    let before = 0.5 * dt * OMEGA * OMEGA * (1.0 - alpha) * AMPLITUDE;
+    let grain = Grain::disc([0.5 * width + AMPLITUDE, 0.0], RADIUS, DENSITY);
+    let grain = grain.moving([before, 0.0]);
     Ok(last(grain, dt, alpha, &[0.0, width], steps, |of| of.x[0])? - 0.5 * width)
 }
 
@@ -416,16 +420,13 @@ fn whole_steps(time: f64, dt: f64) -> (u64, f64) {
 
 /// x = A cos ωt, ω² = 2k/m, after ten and a quarter periods, where the error of the phase shows.
 fn swing() -> Result<Convergence, NativeError> {
-    let omega = FREQUENCY * 2f64.sqrt();
     converged(
         "a grain swings between two walls, ten periods and a quarter",
         "place, over the amplitude",
         |dt| {
-            let (steps, time) = whole_steps(10.25 * 2.0 * PI / omega, dt);
-            // At rest at the start, so half a step before it moves outwards.
-            let before = 0.5 * dt * omega * omega * AMPLITUDE;
-            let found = between_walls(dt, 0.0, [AMPLITUDE, before], steps)?;
-            Ok((found / AMPLITUDE - (omega * time).cos()).abs())
+            let (steps, time) = whole_steps(10.25 * 2.0 * PI / OMEGA, dt);
+            let found = between_walls(dt, 0.0, steps)?;
+            Ok((found / AMPLITUDE - (OMEGA * time).cos()).abs())
         },
     )
 }
@@ -454,8 +455,7 @@ fn bounce() -> Result<Convergence, NativeError> {
 fn damped_swing() -> Result<Convergence, NativeError> {
     const ALPHA: f64 = 0.2;
     const HALVES: i32 = 6;
-    let omega = FREQUENCY * 2f64.sqrt();
-    let quarters = [1.0 - ALPHA, 1.0 + ALPHA].map(|factor: f64| 0.5 * PI / (omega * factor.sqrt()));
+    let quarters = [1.0 - ALPHA, 1.0 + ALPHA].map(|factor: f64| 0.5 * PI / (OMEGA * factor.sqrt()));
     let half = quarters[0] + quarters[1];
     let turn = AMPLITUDE * ((1.0 - ALPHA) / (1.0 + ALPHA)).sqrt().powi(HALVES);
     converged(
@@ -465,11 +465,10 @@ fn damped_swing() -> Result<Convergence, NativeError> {
             averaged(|place| {
                 let dt = middle * (0.93 + 0.02 * place);
                 let (steps, time) = whole_steps(f64::from(HALVES) * half, dt);
-                let before = 0.5 * dt * omega * omega * (1.0 - ALPHA) * AMPLITUDE;
-                let found = between_walls(dt, ALPHA, [AMPLITUDE, before], steps)?;
+                let found = between_walls(dt, ALPHA, steps)?;
                 let off = time - f64::from(HALVES) * half;
                 let sign = if off > 0.0 { -1.0 } else { 1.0 };
-                let expected = turn * (omega * (1.0 + sign * ALPHA).sqrt() * off).cos();
+                let expected = turn * (OMEGA * (1.0 + sign * ALPHA).sqrt() * off).cos();
                 Ok((found - expected) / turn)
             })
         },

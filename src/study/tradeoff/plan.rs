@@ -332,9 +332,8 @@ impl Plan {
     }
 
     pub fn task(&self, number: u64) -> (&Setting, u64) {
-        let (method, cloud) = self.tasks()[number as usize - 1];
-        let other = method.checked_sub(1).map(|of| &self.methods[of]);
-        (other.unwrap_or(&self.reference), cloud)
+        let (place, cloud) = self.tasks()[number as usize - 1];
+        (self.settings()[place], cloud)
     }
 
     /// Every method on every cloud of its own, the first clouds first, so that a study that is looked at early has a little
