@@ -11,9 +11,9 @@ use crate::engine::EngineError;
 use crate::study::machine::Folder;
 use crate::study::plan::Plan;
 use crate::study::realization::{
-    Ending, Engines, Realization, Runner, Specification, bed_of, ending_in_words,
+    Ending, Engines, Runner, Specification, bed_of, ending_in_words, measured, went_wrong,
 };
-use crate::study::{Judged, Outline, Study, StudyError, realization};
+use crate::study::{Judged, Outline, Study, StudyError};
 use grains::measure::neighbourhood::Neighbourhood;
 use grains::measure::{self, cells, neighbourhood, stress};
 use grains::native::pouring::Phase;
@@ -108,6 +108,7 @@ impl Study for Campaign {
         format!("{task} {} {phases} {}", self.runner.name(), scene.digest())
     }
 
+    /// What goes wrong in a realization is a member too; an interrupt, a missing or broken YADE and a full disk are errors.
     fn run(&self, task: u64, engines: &Engines, work: &Path) -> Result<Member, EngineError> {
         let of = Specification {
             scene: self.scene.clone(),
@@ -115,7 +116,37 @@ impl Study for Campaign {
             phases: self.phases.clone(),
             program: None,
         };
-        Member::run(task, &of, self.realization(task), engines, work)
+        let realization = self.realization(task);
+        let member = Member {
+            member: task,
+            realization,
+            ..Member::default()
+        };
+        let run = match of.run(realization, engines, work) {
+            Ok(run) => run,
+            Err(error) => {
+                let ending = Ending::Failed(went_wrong(error)?);
+                return Ok(Member { ending, ..member });
+            }
+        };
+        let scene = &of.scene_of(realization);
+        let settled = run.outcome.settled.as_ref();
+        let surface = settled.map(|settled| measure::surface(scene, &settled.bodies));
+        let fields = |of: &Snapshot| surface.map(|surface| fields(scene, of, surface));
+        let last = &run.outcome.last;
+        let reached = run.ending == Ending::Reached;
+        Ok(Member {
+            settled_state: settled.map(Snapshot::digest),
+            loaded_state: Some(last.digest()),
+            measured: measured(scene, &run),
+            settled: settled.and_then(fields),
+            loaded: reached.then(|| fields(last)).flatten(),
+            pour_steps: run.pour_steps,
+            load_steps: run.load_steps,
+            engine: run.engine,
+            ending: run.ending,
+            ..member
+        })
     }
 
     fn belongs(&self, task: u64, row: &Member) -> bool {
@@ -207,7 +238,7 @@ impl Sums {
 }
 
 /// What one realization gave; nothing in it depends on when, where or beside whom it was run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Member {
     pub member: u64,
@@ -237,63 +268,6 @@ pub struct Fields {
     pub down: Vec<f64>,
     /// In the order of the scene's control points; a point that is not inside the bed has none.
     pub points: Vec<Neighbourhood>,
-}
-
-impl Member {
-    /// Runs a realization. What goes wrong in it is a member too; an interrupt, a missing or broken YADE and a full disk are
-    /// errors.
-    pub fn run(
-        member: u64,
-        of: &Specification,
-        realization: u64,
-        engines: &Engines,
-        work: &Path,
-    ) -> Result<Self, EngineError> {
-        let reason = match of.run(realization, engines, work) {
-            Ok(run) => return Ok(Member::of(member, &of.scene_of(realization), &run)),
-            Err(error) => realization::went_wrong(error)?,
-        };
-        Ok(Member::without(realization, member, Ending::Failed(reason)))
-    }
-
-    /// One that gave nothing.
-    pub fn without(realization: u64, member: u64, ending: Ending) -> Self {
-        Member {
-            member,
-            realization,
-            engine: String::new(),
-            ending,
-            pour_steps: 0,
-            load_steps: 0,
-            settled_state: None,
-            loaded_state: None,
-            measured: BTreeMap::new(),
-            settled: None,
-            loaded: None,
-        }
-    }
-
-    /// The member of this realization of the scene.
-    pub fn of(member: u64, scene: &Scene, run: &Realization) -> Self {
-        let settled = run.outcome.settled.as_ref();
-        let surface = settled.map(|settled| measure::surface(scene, &settled.bodies));
-        let fields = |of: &Snapshot| surface.map(|surface| fields(scene, of, surface));
-        let last = &run.outcome.last;
-        let reached = run.ending == Ending::Reached;
-        Member {
-            member,
-            realization: scene.realization,
-            engine: run.engine.clone(),
-            ending: run.ending.clone(),
-            pour_steps: run.pour_steps,
-            load_steps: run.load_steps,
-            settled_state: settled.map(Snapshot::digest),
-            loaded_state: Some(last.digest()),
-            measured: realization::measured(scene, run),
-            settled: settled.and_then(fields),
-            loaded: reached.then(|| fields(last)).flatten(),
-        }
-    }
 }
 
 fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {

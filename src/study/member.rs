@@ -22,7 +22,7 @@ use grains::tables::StopReason;
 use grains::task::Task;
 
 /// One realization of a specification.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Member {
     /// Digest of the specification.
@@ -180,11 +180,7 @@ impl Member {
             specification: of.digest(),
             realization,
             ending,
-            pour_steps: 0,
-            load_steps: 0,
-            cost: None,
-            loaded_state: None,
-            measured: BTreeMap::new(),
+            ..Member::default()
         }
     }
 }

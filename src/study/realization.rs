@@ -21,7 +21,7 @@ use grains::tables::{Snapshot, Stage, StopReason};
 use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
     /// Settled, and the punch got its force.
@@ -29,6 +29,7 @@ pub enum Ending {
     /// Settled; the punch went to the give-up depth without the force.
     TargetLoadNotReached,
     /// Not settled within the scene's steps.
+    #[default]
     NotSettled,
     /// Settled, in an engine that has no punch: nobody asked for more.
     Poured,
@@ -236,11 +237,8 @@ pub fn loaded(scene: &Scene, bed: &Snapshot, settled: bool) -> Result<Realizatio
     outcome.settled = Some(bed.clone());
     Ok(Realization {
         ending: ending(&outcome, !settled),
-        load_steps: steps_of(&outcome, Stage::Load),
         pour_steps: bed.step,
-        elsewhere: 0.0,
-        engine: native_engine(),
-        outcome,
+        ..whole(outcome, 0.0, native_engine())
     })
 }
 

@@ -44,7 +44,7 @@ pub struct Bits {
 }
 
 /// One quantity of both campaigns, of the first and of the second.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Compared {
     pub key: &'static str,
     pub title: &'static str,
@@ -229,13 +229,10 @@ fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
         moments: moments.map(|of| of.map(|of| Some(of).filter(|of| of.is_finite()))),
         share: share.filter(|_| packings != all),
         margin,
-        finding: None,
         equivalence_p: judged.and_then(|(of, margin)| Some(of.equivalence(margin)?.1)),
         difference_p: judged.and_then(|(of, margin)| of.p_beyond(margin)),
-        power: None,
-        distribution: None,
-        distribution_p: None,
         welch,
+        ..Compared::default()
     }
 }
 

@@ -300,7 +300,10 @@ mod tests {
                     together: Vec::new(),
                 }],
             }),
-            ..Member::without(realization, realization, Ending::Reached)
+            member: realization,
+            realization,
+            ending: Ending::Reached,
+            ..Member::default()
         };
         (1..=count).map(&mut member).collect()
     }
