@@ -9,7 +9,7 @@
 //! - [`plan`]: `plan.json` with kind, version, the source digest of the physics, the study's own plan, and a digest;
 //! - [`store`]: rows on the disk, each line with a check, which files only grow; [`shard`]: who makes which rows;
 //! - [`machine`]: running (threads, progress, resume, engines that fail), status, merging, reading, reuse of another
-//!   plan's rows; [`shard`]: job arrays; [`report()`]: record, checks and document.
+//!   plan's rows; [`shard`]: job arrays; and the record with its checks and document.
 //!
 //! A task is a number; the plan says what it means. Where tasks share work (one bed, loaded in ten ways), the task is the
 //! shared work, and its row is a list. What is random or timed may stand in a row; [`Study::same`] says then which rows
@@ -36,18 +36,18 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use crate::checks::record::{Found, Record, RecordError, write};
-use crate::checks::{Check, Measured, Outcome, verdict};
+use crate::checks::Measured;
+use crate::checks::record::{Record, RecordError};
 use crate::document::Document;
 use crate::engine::EngineError;
 use crate::exit;
 use crate::files::{FileError, failed};
-use crate::study::machine::{Folder, Machine as _};
+use crate::study::machine::Folder;
 use plan::{Plan, Program};
 use realization::{Engines, Runner};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// What is run many times, and what it says; the value is the study's own plan.
 pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
@@ -251,35 +251,4 @@ pub struct Report {
     /// The same, as all jobs have it.
     pub record: Record,
     pub document: Document,
-}
-
-pub fn report<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
-    let status = folder.status()?;
-    let Judged {
-        mut own,
-        measured,
-        mut document,
-    } = S::judge(folder)?;
-    let outcome = Outcome::pass_or_skip(status.finished == status.rows);
-    let found = format!("{} of {} rows", status.finished, status.rows);
-    let id = format!("{}/rows", S::KIND);
-    let check = Check::of_words(id, "no row is missing", outcome, &found);
-    document.checks.insert(0, check.required());
-    document.verdict = verdict(&document.checks);
-    own["crossgrain"] = env!("CARGO_PKG_VERSION").into();
-    own["command"] = "crossgrain study report DIR".into();
-    own["plan"] = folder.plan.digest().into();
-    own["made_with"] = json!(folder.plan.made_with);
-    let found = Found {
-        checks: document.checks.clone(),
-        measured,
-        ..Found::default()
-    };
-    // Nothing in it depends on the machine.
-    let (text, record) = write(S::KIND, &own, String::new(), found)?;
-    Ok(Report {
-        text,
-        record,
-        document,
-    })
 }

@@ -103,7 +103,7 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
     every_flip_is_found(&folder.join("records/shard-1-of-1.jsonl"), 0, || {
         let index = Index::read(&folder, &digest, 2).expect("readable");
         let named = index.damaged.first();
-        let named = named.map(|of| of.path.display().to_string());
+        let named = named.map(|(path, _)| path.display().to_string());
         (index.places.len() < 2).then(|| (named.unwrap_or_default(), 0))
     });
     let report: PathBuf = folder.join("report.json");

@@ -7,17 +7,20 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::engine::{EngineError, ProgramError};
-use crate::files;
-use crate::files::{FileError, failed, read_text, regular, work_folder, write_whole};
+use crate::checks::record::{self, Found};
+use crate::checks::{Check, Outcome, verdict};
+use crate::engine::EngineError;
+use crate::engine::ProgramError::{NotStarted, Refused, Unsupported};
+use crate::files::{self, FileError, failed, read_text, regular, work_folder, write_whole};
 use crate::progress::Display;
 use crate::study::plan::{Plan, Program};
 use crate::study::realization::Engines;
 use crate::study::shard::Shard;
-use crate::study::store::{Damaged, Index, LONGEST_LINE, Place, Reader, Writer};
-use crate::study::{Outline, Study, StudyError};
+use crate::study::store::{Index, LONGEST_LINE, Place, Reader, Writer};
+use crate::study::{Judged, Outline, Report, Study, StudyError};
 use crate::workers::{self, asked_to_end, lock};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use sha2::{Digest, Sha256};
 
 /// The rows of a merged study, a line of JSON each, in the order of their numbers; it may be packed (`rows.jsonl.gz`).
@@ -43,8 +46,8 @@ pub struct Done {
     /// How many of them had been written before.
     pub before: u64,
     pub complete: bool,
-    /// Lines in record files that are not believed.
-    pub damaged: Vec<Damaged>,
+    /// File and line of what is not believed.
+    pub damaged: Vec<(PathBuf, u64)>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -129,9 +132,8 @@ pub trait Machine {
     /// Merges a complete study into `rows.jsonl`, `rows.csv` and, last of all, `merged.json`, whose bytes depend on the
     /// plan alone.
     fn merge(&self) -> Result<Summary, StudyError>;
-    /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
-    fn reuse(&self, from: &Path) -> Result<u64, StudyError>;
-    fn judge(&self) -> Result<super::Report, StudyError>;
+    /// What is written and shown of the rows that are there.
+    fn judge(&self) -> Result<Report, StudyError>;
 }
 
 impl<S: Study> Folder<S> {
@@ -152,12 +154,6 @@ impl<S: Study> Folder<S> {
         (1..=self.plan.study.count())
             .filter(|number| !index.places.contains_key(number))
             .collect()
-    }
-
-    /// The row made anew, outside of the folder: what the one that is written must be equal to.
-    pub fn again(&self, number: u64, engines: &Engines) -> Result<S::Row, StudyError> {
-        let work = work_folder()?;
-        Ok(self.plan.study.run(number, engines, work.path())?)
     }
 
     /// Hands over every row that is there with its number, one at a time, since a million do not fit into memory: the
@@ -288,6 +284,32 @@ impl<S: Study> Folder<S> {
         }
         Ok(())
     }
+
+    /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
+    pub fn reuse(&self, from: &Path) -> Result<u64, StudyError> {
+        let other = Folder::<S>::open(from)?;
+        other.check_program()?;
+        if other.plan.program != self.plan.program {
+            return Err(StudyError::other_engine(from));
+        }
+        let index = other.index()?;
+        let study = &other.plan.study;
+        let known = index.places.iter();
+        let known = known.map(|(number, place)| (study.identity(*number), place));
+        let known: BTreeMap<String, &Place> = known.collect();
+        let mut reader = Reader::new(&index);
+        let mut writer = Writer::open(&self.path, Shard::WHOLE)?;
+        let mut reused = 0;
+        for number in 1..=self.count() {
+            if let Some(place) = known.get(&self.plan.study.identity(number)) {
+                let json = reader.json(place)?;
+                self.parse(number, &json)?;
+                writer.add(&self.digest, number, &json)?;
+                reused += 1;
+            }
+        }
+        Ok(reused)
+    }
 }
 
 impl<S: Study> Machine for Folder<S> {
@@ -313,48 +335,46 @@ impl<S: Study> Machine for Folder<S> {
         // Before the rows are read: nothing can be added to this file afterwards by anyone else.
         let writer = Writer::open(&self.path, job.shard)?;
         let index = self.index()?;
-        for damaged in &index.damaged {
+        for (path, line) in &index.damaged {
+            let path = path.display();
             display.line(&format!(
-                "{} line {} is no whole row and is not believed; the row is made again",
-                damaged.path.display(),
-                damaged.line
+                "{path} line {line} is no whole row and is not believed; the row is made again"
             ));
         }
         let own = || job.shard.rows(self.count());
         let missing = || own().filter(|number| !index.places.contains_key(number));
         let (wanted, left) = (own().count() as u64, missing().count() as u64);
         let before = wanted - left;
-        let mut made = 0;
+        let made = AtomicU64::new(0);
         if left > 0 {
-            let work = Work {
-                folder: self,
-                engines: job.engines,
-                place: work_folder()?,
-                began: Instant::now(),
-                finished: AtomicU64::new(0),
-                writer: Mutex::new(writer),
-                broken: Mutex::default(),
+            let (place, began) = (work_folder()?, Instant::now());
+            let (writer, broken) = (Mutex::new(writer), Mutex::default());
+            let progress = || {
+                let made = made.load(Ordering::Relaxed);
+                let hours = began.elapsed().as_secs_f64() / 3600.0;
+                (made, format!("{:.0} an hour", made as f64 / hours))
             };
             let task = display.task(&format!("rows, shard {}", job.shard));
             let ended = workers::each(missing(), job.threads, |number| {
-                if work.one(number)? {
-                    let (finished, an_hour) = work.progress();
-                    let text = format!("{finished} of {left}, {an_hour:.0} an hour");
-                    task.share(finished as f64 / left as f64, &text);
+                if let Some(json) = self.json_of(number, job.engines, place.path(), &broken)? {
+                    lock(&writer).add(&self.digest, number, &json)?;
+                    made.fetch_add(1, Ordering::Relaxed);
+                    let (made, speed) = progress();
+                    task.share(
+                        made as f64 / left as f64,
+                        &format!("{made} of {left}, {speed}"),
+                    );
                 }
                 Ok::<(), StudyError>(())
             });
-            let an_hour;
-            (made, an_hour) = work.progress();
-            task.done(&format!(
-                "{made} of {left} written down, {an_hour:.0} an hour,"
-            ));
+            let (made, speed) = progress();
+            task.done(&format!("{made} of {left} written down, {speed},"));
             let finished = before + made;
             ended?;
             if asked_to_end() && finished < wanted {
                 return Err(StudyError::Interrupted { finished, wanted });
             }
-            let broken = std::mem::take(&mut *lock(&work.broken));
+            let broken = std::mem::take(&mut *lock(&broken));
             if let Some(first) = broken.first {
                 return Err(StudyError::EnginesFailed {
                     finished,
@@ -366,7 +386,7 @@ impl<S: Study> Machine for Folder<S> {
         Ok(Done {
             wanted,
             before,
-            complete: index.places.len() as u64 + made == self.count(),
+            complete: index.places.len() as u64 + made.into_inner() == self.count(),
             damaged: index.damaged,
         })
     }
@@ -391,7 +411,7 @@ impl<S: Study> Machine for Folder<S> {
             finished,
             repeated: index.repeated.len() as u64,
             files: files.map(|(path, rows)| (name(path), *rows)).collect(),
-            damaged: damaged.map(|of| (name(&of.path), of.line)).collect(),
+            damaged: damaged.map(|(path, line)| (name(path), *line)).collect(),
             missing: in_words(missing),
             merged,
         })
@@ -457,47 +477,39 @@ impl<S: Study> Machine for Folder<S> {
         Ok(summary)
     }
 
-    fn reuse(&self, from: &Path) -> Result<u64, StudyError> {
-        let other = Folder::<S>::open(from)?;
-        other.check_program()?;
-        if other.plan.program != self.plan.program {
-            return Err(StudyError::other_engine(from));
-        }
-        let index = other.index()?;
-        let study = &other.plan.study;
-        let known = index.places.iter();
-        let known = known.map(|(number, place)| (study.identity(*number), place));
-        let known: BTreeMap<String, &Place> = known.collect();
-        let mut reader = Reader::new(&index);
-        let mut writer = Writer::open(&self.path, Shard::WHOLE)?;
-        let mut reused = 0;
-        for number in 1..=self.count() {
-            if let Some(place) = known.get(&self.plan.study.identity(number)) {
-                let json = reader.json(place)?;
-                self.parse(number, &json)?;
-                writer.add(&self.digest, number, &json)?;
-                reused += 1;
-            }
-        }
-        Ok(reused)
-    }
-
-    fn judge(&self) -> Result<super::Report, StudyError> {
-        super::report(self)
+    fn judge(&self) -> Result<Report, StudyError> {
+        let status = self.status()?;
+        let Judged {
+            mut own,
+            measured,
+            mut document,
+        } = S::judge(self)?;
+        let outcome = Outcome::pass_or_skip(status.finished == status.rows);
+        let found = format!("{} of {} rows", status.finished, status.rows);
+        let id = format!("{}/rows", S::KIND);
+        let check = Check::of_words(id, "no row is missing", outcome, &found);
+        document.checks.insert(0, check.required());
+        document.verdict = verdict(&document.checks);
+        own["crossgrain"] = env!("CARGO_PKG_VERSION").into();
+        own["command"] = "crossgrain study report DIR".into();
+        own["plan"] = self.digest.clone().into();
+        own["made_with"] = json!(self.plan.made_with);
+        let found = Found {
+            checks: document.checks.clone(),
+            measured,
+            ..Found::default()
+        };
+        // Nothing in it depends on the machine.
+        let (text, record) = record::write(S::KIND, &own, String::new(), found)?;
+        Ok(Report {
+            text,
+            record,
+            document,
+        })
     }
 }
 
-/// What the threads of a run share.
-struct Work<'a, S> {
-    folder: &'a Folder<S>,
-    engines: &'a Engines,
-    place: tempfile::TempDir,
-    began: Instant,
-    finished: AtomicU64,
-    writer: Mutex<Writer>,
-    broken: Mutex<Broken>,
-}
-
+/// What failed in a run.
 #[derive(Default)]
 struct Broken {
     rows: Vec<u64>,
@@ -506,69 +518,59 @@ struct Broken {
     unavailable: Vec<&'static str>,
 }
 
-impl<S: Study> Work<'_, S> {
-    /// Rows that are written down, and how many that is an hour.
-    fn progress(&self) -> (u64, f64) {
-        let finished = self.finished.load(Ordering::Relaxed);
-        let hours = self.began.elapsed().as_secs_f64() / 3600.0;
-        (finished, finished as f64 / hours)
-    }
-
-    /// Whether the row is written down now.
-    fn one(&self, number: u64) -> Result<bool, StudyError> {
-        let study = &self.folder.plan.study;
+impl<S: Study> Folder<S> {
+    /// Makes a row, with a folder of its own in `place`; none where its engine fails, or is known to be not there.
+    fn json_of(
+        &self,
+        number: u64,
+        engines: &Engines,
+        place: &Path,
+        broken: &Mutex<Broken>,
+    ) -> Result<Option<String>, StudyError> {
+        let study = &self.plan.study;
         let runner = study.runner(number);
-        if lock(&self.broken).unavailable.contains(&runner.name()) {
-            lock(&self.broken).rows.push(number);
-            return Ok(false);
+        if lock(broken).unavailable.contains(&runner.name()) {
+            lock(broken).rows.push(number);
+            return Ok(None);
         }
-        let work = self.place.path().join(number.to_string());
+        let work = place.join(number.to_string());
         let elsewhere = !runner.is_native();
         if elsewhere {
             std::fs::create_dir(&work).map_err(failed("create", &work))?;
         }
-        let made = study.run(number, self.engines, &work);
+        let made = study.run(number, engines, &work);
         if elsewhere {
             // The tables of a run are large, and nobody looks at them again; what stays goes with the folder.
             let _ = std::fs::remove_dir_all(&work);
         }
         let row = match made {
             Ok(row) => row,
-            Err(_) if asked_to_end() => return Ok(false),
-            Err(error) => {
-                let unavailable = is_unavailable(&error);
-                if !unavailable && !is_of_one_row(&error) {
-                    return Err(error.into());
+            Err(_) if asked_to_end() => return Ok(None),
+            Err(EngineError::Program(error)) => {
+                // No other row can be made in this engine either.
+                let unavailable = error.is_missing() || matches!(error, NotStarted { .. });
+                // Another row may fare better, and this one another time.
+                let is_of_row =
+                    error.is_failure() || matches!(error, Refused(_) | Unsupported { .. });
+                if !unavailable && !is_of_row {
+                    return Err(EngineError::Program(error).into());
                 }
-                let mut broken = lock(&self.broken);
+                let mut broken = lock(broken);
                 if unavailable {
                     broken.unavailable.push(runner.name());
                 }
                 broken.rows.push(number);
                 broken.first.get_or_insert(error.to_string());
-                return Ok(false);
+                return Ok(None);
             }
+            Err(error) => return Err(error.into()),
         };
         let json = serde_json::to_string(&row).map_err(|error| {
             let reason = format!("row {number} cannot be written as JSON: {error}");
-            StudyError::not_a_study(&self.folder.path, reason)
-        })?;
-        lock(&self.writer).add(&self.folder.digest, number, &json)?;
-        self.finished.fetch_add(1, Ordering::Relaxed);
-        Ok(true)
+            StudyError::not_a_study(&self.path, reason)
+        });
+        json.map(Some)
     }
-}
-
-/// Whether no other row can be made in this engine either.
-fn is_unavailable(error: &EngineError) -> bool {
-    matches!(error, EngineError::Program(error)
-        if error.is_missing() || matches!(error, ProgramError::NotStarted { .. }))
-}
-
-/// Whether another row may fare better, and this one another time.
-fn is_of_one_row(error: &EngineError) -> bool {
-    matches!(error, EngineError::Program(error)
-        if error.is_failure() || matches!(error, ProgramError::Refused(_) | ProgramError::Unsupported { .. }))
 }
 
 /// Numbers for people: the first few in order, and how many more.

@@ -92,14 +92,6 @@ pub struct Place {
     pub length: u32,
 }
 
-/// A line that is no row.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Damaged {
-    pub path: PathBuf,
-    /// From 1.
-    pub line: u64,
-}
-
 #[derive(Debug, Default)]
 pub struct Index {
     /// By name.
@@ -109,8 +101,8 @@ pub struct Index {
     pub places: BTreeMap<u64, Place>,
     /// Further lines of rows, which must say the same.
     pub repeated: Vec<(u64, Place)>,
-    /// What is not believed.
-    pub damaged: Vec<Damaged>,
+    /// File and line, from 1, of what is not believed.
+    pub damaged: Vec<(PathBuf, u64)>,
 }
 
 impl Index {
@@ -172,10 +164,7 @@ impl Index {
                 // A new line after a torn one.
                 None if line.is_empty() => {}
                 None if self.damaged.len() >= MOST_DAMAGED => {}
-                None => self.damaged.push(Damaged {
-                    path: path.clone(),
-                    line: at,
-                }),
+                None => self.damaged.push((path.clone(), at)),
             }
             offset += read as u64;
         }

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 
 use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::realization::{Ending, Engines};
-use crossgrain::study::{machine::Folder, plan::Plan, store};
+use crossgrain::study::{Study, plan::Plan, store};
 
 use super::plan;
 
@@ -17,8 +17,8 @@ fn fabricated(members: u64, shards: u64) -> Place {
     let folder = place.join("c");
     let plan = Plan::<Campaign>::read(&folder).expect("a plan");
     let digest = plan.digest();
-    let open = Folder::<Campaign>::open(&folder).expect("a campaign");
-    let mut member = open.again(1, &Engines::default()).expect("a member");
+    let first = plan.study.run(1, &Engines::default(), Path::new(""));
+    let mut member = first.expect("a member");
     for index in 1..=shards {
         let path = super::records(&folder, &format!("{index}/{shards}"));
         let mut file = BufWriter::new(fs::File::create(path).expect("writable"));

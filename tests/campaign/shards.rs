@@ -1,7 +1,7 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
 use super::{MEMBERS, Running, expected, finishes_as_expected, merged_bytes, must, plan, study};
-use crossgrain::study::{campaign::Campaign, machine::Folder, realization::Engines};
+use crossgrain::study::{Study, campaign::Campaign, machine::Folder, realization::Engines};
 
 use crate::support::*;
 
@@ -17,10 +17,14 @@ fn bytes_do_not_depend_on_threads() {
 fn a_member_run_again_is_the_recorded_one() {
     let place = &plan(&tiny_scene(), MEMBERS, "c");
     finishes_as_expected(place);
-    let open = || Folder::<Campaign>::open(&place.join("c")).expect("a campaign");
-    let merged = open().merged().expect("a merged campaign");
+    let folder = Folder::<Campaign>::open(&place.join("c")).expect("a campaign");
+    let merged = folder.merged().expect("a merged campaign");
     for number in [1, MEMBERS] {
-        let member = open().again(number, &Engines::default()).expect("it runs");
+        let member = merged
+            .plan
+            .study
+            .run(number, &Engines::default(), Path::new(""));
+        let member = member.expect("it runs");
         assert_eq!(member, merged.rows[number as usize - 1]);
         assert_ne!(member, merged.rows[1]);
     }
