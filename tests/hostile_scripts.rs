@@ -3,7 +3,7 @@
 
 use std::ffi::{OsStr, OsString};
 
-use crossgrain::study::shard::{Array, write};
+use crossgrain::study::shard::write;
 use crossgrain::study::{campaign::Campaign, machine::Folder, realization::Runner};
 
 use crate::hostile_names::{harmless, names, two_grains};
@@ -39,14 +39,8 @@ fn job_scripts_hand_every_name_on_whole() {
         let tools = place.join("tools");
         fs::create_dir(&tools).expect("a folder of ours");
         let stub = program(&tools, &name, STUB);
-        let array = Array {
-            tasks: 4,
-            threads: 3,
-            partition: None,
-            program: &stub,
-        };
         let campaign = Folder::<Campaign>::open(&folder).expect("a campaign");
-        let scripts = || write(&folder, &campaign, &array);
+        let scripts = || write(&folder, &campaign, 4, 3, None, &stub);
         let control = |of: char| of.is_control();
         if name.to_str().is_none_or(|name| name.contains(control)) {
             let refused = scripts().expect_err("no line of a shell holds it");

@@ -8,7 +8,7 @@ use super::job_folder::clear;
 use super::report::Output;
 use super::run::YadeLimits;
 use super::study::plan::MapArguments;
-use super::study::{engines_of, open, report, told};
+use super::study::{engines_of, open, report};
 use crate::error::Error;
 use crate::files::{has_room, work_folder};
 use crate::progress::Display;
@@ -61,9 +61,6 @@ impl Arguments {
             Err(error @ StudyError::EnginesFailed { .. }) => display.line(&error.to_string()),
             Err(error) => return Err(error.into()),
         }
-        match self.out {
-            Some(_) => report(&folder, &self.output.views),
-            None => told(&folder, &self.output.views),
-        }
+        report(&folder, &self.output.views, self.out.is_some())
     }
 }

@@ -173,7 +173,7 @@ impl Verb {
                 Ok(exit::AGREED)
             }
             Verb::Slurm(arguments) => arguments.execute(),
-            Verb::Report { folder, views } => report(&folder, &views),
+            Verb::Report { folder, views } => report(&folder, &views, true),
             Verb::Compare {
                 first,
                 second,
@@ -222,7 +222,7 @@ impl RunArguments {
         if shard == Shard::WHOLE {
             print(&in_words(&study.merge()?))?;
             let (json, files) = (false, self.files);
-            return report(&self.folder, &Views { json, files });
+            return report(&self.folder, &Views { json, files }, true);
         }
         if done.complete {
             let folder = self.folder.display();
@@ -278,33 +278,23 @@ fn of_status(status: &Status) -> String {
 impl SlurmArguments {
     fn execute(self) -> Result<u8, Error> {
         let program = std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
-        let array = shard::Array {
-            tasks: self.tasks,
-            threads: self.threads,
-            partition: self.partition.as_deref(),
-            program: &program,
-        };
-        let submit = shard::write(&self.folder, open(&self.folder)?.as_ref(), &array)?;
+        let (folder, tasks, threads) = (&self.folder, self.tasks, self.threads);
+        let (study, partition) = (open(folder)?, self.partition.as_deref());
+        let submit = shard::write(folder, study.as_ref(), tasks, threads, partition, &program)?;
         print(&format!("{}\n", submit.join("\n")))?;
         Ok(exit::AGREED)
     }
 }
 
-/// Writes record and page, and says what the checks come to.
-pub fn report(folder: &Path, views: &Views) -> Result<u8, Error> {
-    let code = told(folder, views)?;
-    if !views.json {
-        print(&page_line(folder))?;
-    }
-    Ok(code)
-}
-
-/// The same without a word on where the page is.
-pub fn told(folder: &Path, views: &Views) -> Result<u8, Error> {
+/// Writes record and page, and says what the checks come to, and where the page is if it stays.
+pub fn report(folder: &Path, views: &Views, stays: bool) -> Result<u8, Error> {
     let report = open(folder)?.judge()?;
     page(&report.document).write(folder)?;
     write_whole(&folder.join(RECORD), report.text.as_bytes())?;
     views.tell(&report.record.job, &report.text, &report.document)?;
+    if stays && !views.json {
+        print(&page_line(folder))?;
+    }
     Ok(report.document.verdict.exit_code())
 }
 

@@ -96,26 +96,19 @@ impl FromStr for Shard {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct Array<'a> {
-    /// Tasks of the array; task k runs shard k of so many.
-    pub tasks: u64,
-    /// Rows at a time in a task, and processors that it asks for.
-    pub threads: u16,
-    /// Where the cluster wants one to be named.
-    pub partition: Option<&'a str>,
-    pub program: &'a Path,
-}
-
 /// Writes `slurm/array.sh` and `slurm/merge.sh` into the study's folder, and tells how they are submitted: two lines for a
 /// shell, the second of which uses what the first one found out. Earlier scripts are replaced: what Slurm runs is its own copy.
+/// Task k of the array runs shard k of so many `tasks` with so many `threads` and processors; `partition` is where the cluster
+/// wants one to be named.
 pub fn write(
     folder: &Path,
     study: &dyn Machine,
-    array: &Array<'_>,
+    tasks: u64,
+    threads: u16,
+    partition: Option<&str>,
+    program: &Path,
 ) -> Result<[String; 2], StudyError> {
     study.check_program()?;
-    let Array { tasks, threads, .. } = *array;
     Shard::new(1, tasks).map_err(StudyError::Usage)?;
     let rows = study.count();
     if tasks > rows {
@@ -125,7 +118,7 @@ pub fn write(
     let plain = |of: char| of.is_ascii_alphanumeric() || "_-.,".contains(of);
     let strange =
         |name: &&str| name.is_empty() || name.starts_with('-') || !name.chars().all(plain);
-    if let Some(name) = array.partition.filter(strange) {
+    if let Some(name) = partition.filter(strange) {
         let why = format!("{name:?} is no name of a partition");
         return Err(StudyError::Usage(why));
     }
@@ -133,8 +126,8 @@ pub fn write(
     let folder = folder.canonicalize().map_err(failed("find", folder))?;
     let scripts = folder.join("slurm");
     let [array_path, merge_path] = [scripts.join("array.sh"), scripts.join("merge.sh")];
-    let (place, program) = (quoted(&folder)?, quoted(array.program)?);
-    let partition = array.partition.map_or(String::new(), |name| {
+    let (place, program) = (quoted(&folder)?, quoted(program)?);
+    let partition = partition.map_or(String::new(), |name| {
         format!("#SBATCH --partition={name}\n")
     });
     // The program replaces the shell, so that signals reach it. What is said goes into a file that the script itself opens:

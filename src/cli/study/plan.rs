@@ -36,7 +36,17 @@ pub enum Kind {
     /// figures, and what the load adds where
     Candidates(CandidatesArguments),
     /// The largest stable steps, predicted and found, and where methods fail
-    Stability(StabilityArguments),
+    #[command(
+        after_help = "Example:\n  crossgrain study plan stability --quick --out stable && crossgrain study run stable"
+    )]
+    Stability {
+        #[command(flatten)]
+        map: MapArguments,
+        #[command(flatten)]
+        limits: YadeLimits,
+        #[command(flatten)]
+        place: Place,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -101,19 +111,6 @@ pub struct TradeoffArguments {
     /// Realizations of each method in that engine; without a punch it pours and settles
     #[arg(long, default_value_t = 1, requires = "engine", value_parser = clap::value_parser!(u64).range(1..=1000))]
     engine_clouds: u64,
-    #[command(flatten)]
-    limits: YadeLimits,
-    #[command(flatten)]
-    place: Place,
-}
-
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  crossgrain study plan stability --quick --out stable && crossgrain study run stable"
-)]
-pub struct StabilityArguments {
-    #[command(flatten)]
-    map: MapArguments,
     #[command(flatten)]
     limits: YadeLimits,
     #[command(flatten)]
@@ -294,7 +291,7 @@ impl Kind {
             Kind::Tradeoff(arguments) => arguments.execute(),
             Kind::Search(arguments) => arguments.execute(),
             Kind::Candidates(arguments) => arguments.execute(),
-            Kind::Stability(StabilityArguments { map, limits, place }) => {
+            Kind::Stability { map, limits, place } => {
                 let (plan, program) = map.plan(&limits)?;
                 let (scenes, grains, failures) =
                     (plan.scenes.len(), plan.grains, plan.failures.len());
