@@ -9,23 +9,14 @@ use crate::paper::published::{HEIGHT, POINTS, POROSITY, PRESSURE};
 use crate::paper::recomputed::{DENSITY, DEPTH, GRAVITY, HALF_WIDTH};
 
 use super::{Field, Load, Model, Spread, beneath, within};
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Point {
-    /// `O` in the paper.
-    pub name: String,
-    /// From the middle of the load, m.
-    pub offset: f64,
-    /// Below the surface before loading, m.
-    pub depth: f64,
-}
+use grains::scene::ControlPoint;
 
 /// What the stresses are computed for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Setup {
     /// Its spread is that of the half-space everything is compared with.
     pub load: Load,
-    pub points: Vec<Point>,
+    pub points: Vec<ControlPoint>,
     /// Of the box, m.
     pub width: f64,
     /// From surface to base, m.
@@ -53,7 +44,7 @@ impl Setup {
                 half_width: HALF_WIDTH,
             },
             points: POINTS
-                .map(|(name, offset)| Point {
+                .map(|(name, offset)| ControlPoint {
                     name: name.to_owned(),
                     offset,
                     depth: DEPTH,
@@ -107,42 +98,6 @@ const SUNK: [f64; 4] = [0.01, 0.02, 0.03, 0.04];
 /// Of the elastic ground above a sunk punch: the ends of what is usual.
 const POISSON: [f64; 2] = [0.2, 0.5];
 
-fn add_case(
-    rows: &mut Vec<Row>,
-    setup: &Setup,
-    model: Model,
-    spread: Spread,
-    sunk: f64,
-    above: Option<Above>,
-) {
-    let load = Load {
-        spread,
-        ..setup.load
-    };
-    let reference = Field::new(Model::HalfSpace, setup.load);
-    let field = Field::new(beneath(model, sunk), load);
-    for point in setup.points.iter().filter(|point| point.depth > sunk) {
-        let (x, z) = (point.offset, point.depth);
-        let of_load = match above {
-            None | Some(Above::Nothing) => field.stress(x, z - sunk).zz,
-            Some(Above::Elastic { poisson }) => within(load, sunk, poisson, x, z),
-        };
-        let of_weight = setup.weight(z);
-        let usual = reference.stress(x, z).zz;
-        rows.push(Row {
-            point: point.name.clone(),
-            model,
-            spread,
-            sunk,
-            above,
-            load: of_load,
-            stress: of_weight + of_load,
-            change_of_load: 100.0 * (of_load / usual - 1.0),
-            change: 100.0 * ((of_weight + of_load) / (of_weight + usual) - 1.0),
-        });
-    }
-}
-
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Continuum {
     pub setup: Setup,
@@ -152,25 +107,47 @@ pub struct Continuum {
 impl Continuum {
     /// Every point for every case. Points that are not below a sunk load are left out.
     pub fn of(setup: Setup) -> Self {
-        let ground = |depth: f64| {
-            let width = setup.width;
-            let bounded = Model::Box { width, depth };
-            [Model::HalfSpace, Model::Layer { depth }, bounded]
-        };
-        let mut rows = Vec::new();
-        for model in ground(setup.height) {
-            for spread in [Spread::Uniform, Spread::RigidPunch] {
-                add_case(&mut rows, &setup, model, spread, 0.0, None);
-            }
-        }
-        let [half_space, _, bounded] = ground(setup.height);
+        let (width, depth) = (setup.width, setup.height);
+        let half_space = Model::HalfSpace;
+        let bounded = Model::Box { width, depth };
         let (even, punch, nothing) = (Spread::Uniform, Spread::RigidPunch, Some(Above::Nothing));
+        let mut cases = Vec::new();
+        for model in [half_space, Model::Layer { depth }, bounded] {
+            cases.extend([even, punch].map(|spread| (model, spread, 0.0, None)));
+        }
         for sunk in SUNK {
-            add_case(&mut rows, &setup, half_space, even, sunk, nothing);
-            add_case(&mut rows, &setup, bounded, punch, sunk, nothing);
-            for poisson in POISSON {
-                let elastic = Some(Above::Elastic { poisson });
-                add_case(&mut rows, &setup, half_space, even, sunk, elastic);
+            cases.push((half_space, even, sunk, nothing));
+            cases.push((bounded, punch, sunk, nothing));
+            let elastic = POISSON.map(|poisson| Some(Above::Elastic { poisson }));
+            cases.extend(elastic.map(|above| (half_space, even, sunk, above)));
+        }
+        let reference = Field::new(half_space, setup.load);
+        let mut rows = Vec::new();
+        for (model, spread, sunk, above) in cases {
+            let load = Load {
+                spread,
+                ..setup.load
+            };
+            let field = Field::new(beneath(model, sunk), load);
+            for point in setup.points.iter().filter(|point| point.depth > sunk) {
+                let (x, z) = (point.offset, point.depth);
+                let of_load = match above {
+                    None | Some(Above::Nothing) => field.stress(x, z - sunk).zz,
+                    Some(Above::Elastic { poisson }) => within(load, sunk, poisson, x, z),
+                };
+                let of_weight = setup.weight(z);
+                let usual = reference.stress(x, z).zz;
+                rows.push(Row {
+                    point: point.name.clone(),
+                    model,
+                    spread,
+                    sunk,
+                    above,
+                    load: of_load,
+                    stress: of_weight + of_load,
+                    change_of_load: 100.0 * (of_load / usual - 1.0),
+                    change: 100.0 * ((of_weight + of_load) / (of_weight + usual) - 1.0),
+                });
             }
         }
         Continuum { setup, rows }
@@ -187,7 +164,7 @@ impl Continuum {
         let table = setup
             .points
             .iter()
-            .fold(table, |table, Point { name, offset, .. }| {
+            .fold(table, |table, ControlPoint { name, offset, .. }| {
                 let at = |of: fn(&Row) -> f64| {
                     move |rows: &[Row]| rows.iter().find(|row| row.point == *name).map(of)
                 };
