@@ -8,7 +8,6 @@ use crate::files::FileError;
 use crate::run::KeptError;
 use crate::run::folder::FolderError;
 use crate::study::StudyError;
-use crate::suite::run::VerifyError;
 use crate::tables::TableError;
 use grains::native::NativeError;
 
@@ -69,15 +68,6 @@ impl From<KeptError> for Error {
             KeptError::File(error) => Error::File(error),
             other @ KeptError::NotResumed { .. } => Error::Usage(other.to_string()),
             other @ KeptError::Interrupted { .. } => Error::Stopped(other.to_string()),
-        }
-    }
-}
-
-impl From<VerifyError> for Error {
-    fn from(error: VerifyError) -> Self {
-        match error {
-            VerifyError::Engine(error) => Error::Engine(error),
-            VerifyError::Disc(error) => Error::Report(error.to_string()),
         }
     }
 }

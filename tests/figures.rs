@@ -149,7 +149,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         assert!((found - counted).abs() < 1e-9, "{five:?}");
     }
 
-    let field = figure_4().expect("balances");
+    let field = figure_4();
     let rows_of_4 = rows(&drawn, "figure-4.csv");
     for row in rows_of_4
         .iter()
@@ -159,7 +159,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         let place = [number(row, "x (m)"), number(row, "z (m)")];
         // Not beside a force, where the sixth digit of a place matters.
         if place[0].hypot(place[1]) < 0.8 * field.radius() {
-            let ours = -field.stress(place)[1][1];
+            let ours = -field.stress(place)[(1, 1)];
             assert!((number(row, "stress zz (Pa)") - ours).abs() < 1e-3 * ours.abs() + 1e-3);
         }
     }

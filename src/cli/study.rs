@@ -399,7 +399,7 @@ impl Figures {
         let disc = Section {
             title: "Figure 4".to_owned(),
             answer: "Inside a grain.".to_owned(),
-            ..of_figure_4()?
+            ..of_figure_4()
         };
         let document = Document {
             title: "The paper's figures from our own numbers".to_owned(),

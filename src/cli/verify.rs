@@ -83,7 +83,7 @@ impl Arguments {
         let machine = Machine::this().kind();
         let (text, record) = record::write("verify", &verification, machine, found)?;
         let mut document = verification.document();
-        document.sections.push(of_figure_4()?);
+        document.sections.push(of_figure_4());
         self.output.views.tell(&record.job, &text, &document)?;
         self.results.write(&document, &[(RECORD, &text)])?;
         Ok(verification.verdict().exit_code())

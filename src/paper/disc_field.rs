@@ -61,22 +61,6 @@ pub struct PointForce {
     pub force: Vector2<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum DiscFieldError {
-    #[error("the disc's radius is {0} m, must be above 0 and finite")]
-    Radius(f64),
-    #[error("force {index} is not finite")]
-    NotFinite { index: usize },
-    #[error("the forces leave ({x}, {z}) N/m, must balance")]
-    Forces { x: f64, z: f64 },
-    #[error("the moments about the centre leave {0} N, must balance")]
-    Moments(f64),
-    #[error(
-        "the square's side is {side} m, must be above 0 and at most {largest} m within the disc"
-    )]
-    Square { side: f64, largest: f64 },
-}
-
 /// The stress inside a disc under balanced forces on its rim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscField {
@@ -87,24 +71,32 @@ pub struct DiscField {
 }
 
 impl DiscField {
-    /// The field in a disc of `radius` m under `forces`, which must balance, moments about the centre too.
-    pub fn new(radius: f64, forces: &[RimForce]) -> Result<Self, DiscFieldError> {
+    /// The field in a disc of `radius` m under `forces`; none where they do not balance, moments about the centre too.
+    pub fn new(radius: f64, forces: &[RimForce]) -> Option<Self> {
+        let field = DiscField::under_balanced(radius, forces);
+        let loads = || field.loads.iter();
+        let sizes: f64 = loads().map(|load| load.force.norm()).sum();
+        let left: Vector2<f64> = loads().map(|load| load.force).sum();
+        let moment: f64 = loads().map(|load| load.point.perp(&load.force)).sum();
+        let is_small = |of: f64, unit: f64| of.abs() <= BALANCE * sizes * unit;
+        (is_small(left.norm(), 1.0) && is_small(moment, radius)).then_some(field)
+    }
+
+    fn under_balanced(radius: f64, forces: &[RimForce]) -> Self {
         let loads = forces.iter().map(|force| {
-            let (sin, cos) = force.angle.sin_cos();
-            let (out, along) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+            let out = unit(force.angle);
             PointForce {
                 point: radius * out,
-                force: force.radial * out + force.tangential * along,
+                force: force.radial * out + force.tangential * left_of(out),
             }
         });
         let loads: Vec<PointForce> = loads.collect();
-        check(radius, &loads)?;
         let radial: f64 = loads.iter().map(|load| load.force.dot(&load.point)).sum();
-        Ok(DiscField {
+        DiscField {
             radius,
             isotropic: -radial / radius / (TAU * radius),
             loads,
-        })
+        }
     }
 
     /// R, m.
@@ -116,21 +108,21 @@ impl DiscField {
         &self.loads
     }
 
-    /// σ at a point of the disc, [[xx, xz], [zx, zz]], Pa, tension positive. It grows without bound
+    /// σ at a point of the disc, xx and xz above zx and zz, Pa, tension positive. It grows without bound
     /// towards the point of a force and is not a number there; outside the disc it means nothing.
-    pub fn stress(&self, point: [f64; 2]) -> [[f64; 2]; 2] {
-        let at = Vector2::from(point);
+    pub fn stress(&self, point: impl Into<Vector2<f64>>) -> Matrix2<f64> {
+        let at = point.into();
         let flamant: Matrix2<f64> = self.loads.iter().map(|load| flamant(load, at)).sum();
-        rows(flamant + Matrix2::from_diagonal_element(self.isotropic))
+        flamant + Matrix2::from_diagonal_element(self.isotropic)
     }
 
     /// (1/πR²) ∫σ dA over the disc by quadrature of the field, Pa. Each force's singular part is
     /// integrated in polar coordinates about its own point, where the element r dr dθ takes the
     /// singularity away and the disc is 0 < r < 2R cosθ.
-    pub fn average_over_disc(&self) -> [[f64; 2]; 2] {
+    pub fn average_over_disc(&self) -> Matrix2<f64> {
         let singular = self.loads.iter().map(|load| self.integral_about(load));
         let singular: Matrix2<f64> = singular.sum();
-        rows(singular / self.volume() + Matrix2::from_diagonal_element(self.isotropic))
+        singular / self.volume() + Matrix2::from_diagonal_element(self.isotropic)
     }
 
     /// ∫ of one force's part over the disc, N.
@@ -147,42 +139,31 @@ impl DiscField {
     /// (1/s²) ∫σ dA over the control square of side s = `side` m about the centre by a tensor
     /// product of Gauss-Legendre rules, Pa. The square must lie within the disc; the nearer its
     /// corners come to a force, the less exact it is.
-    pub fn average_over_square(&self, side: f64) -> Result<[[f64; 2]; 2], DiscFieldError> {
-        let largest = SQRT_2 * self.radius;
-        if !(side > 0.0 && side <= largest) {
-            return Err(DiscFieldError::Square { side, largest });
-        }
+    pub fn average_over_square(&self, side: f64) -> Matrix2<f64> {
+        debug_assert!(0.0 < side && side <= SQRT_2 * self.radius);
         let half = 0.5 * side;
-        let integral = self.integral_over_square(half, PANELS);
-        // Built from rows and read as columns: the stress is symmetric.
-        Ok(rows(integral / (side * side)))
-    }
-
-    fn integral_over_square(&self, half: f64, panels: u32) -> Matrix2<f64> {
-        integrate(-half, half, panels, |x| {
-            integrate(-half, half, panels, |z| Matrix2::from(self.stress([x, z])))
-        })
+        let integral = integrate(-half, half, PANELS, |x| {
+            integrate(-half, half, PANELS, |z| self.stress([x, z]))
+        });
+        integral / (side * side)
     }
 
     /// Σ/V of the contact forces with V = πR², Pa: what [`DiscField::average_over_disc`] must be.
-    pub fn contact_average(&self) -> [[f64; 2]; 2] {
-        rows(self.extensive() / self.volume())
+    pub fn contact_average(&self) -> Matrix2<f64> {
+        self.extensive() / self.volume()
     }
 
     /// Σ/V with V = s² of a Voronoi cell of side s = `side` m, Pa, as in Table 3: the voids of the
     /// cell are counted in and carry nothing.
-    pub fn average_over_cell(&self, side: f64) -> [[f64; 2]; 2] {
-        rows(self.extensive() / (side * side))
+    pub fn average_over_cell(&self, side: f64) -> Matrix2<f64> {
+        self.extensive() / (side * side)
     }
 
     /// Σ_ij = Σ x_i F_j of Eq. 7, J per metre of depth, tension positive. Balanced moments make it symmetric; the rounding
     /// that is left is halved between the two.
     fn extensive(&self) -> Matrix2<f64> {
-        let terms = self
-            .loads
-            .iter()
-            .map(|load| load.point * load.force.transpose());
-        let sum: Matrix2<f64> = terms.sum();
+        let terms = self.loads.iter();
+        let sum: Matrix2<f64> = terms.map(|of| of.point * of.force.transpose()).sum();
         0.5 * (sum + sum.transpose())
     }
 
@@ -193,19 +174,14 @@ impl DiscField {
 }
 
 /// The disc of Figure 4: R = 1 m, vertical forces of 1 N/m, horizontal ones of 0.5 N/m.
-pub fn figure_4() -> Result<DiscField, DiscFieldError> {
-    let push = |angle: f64, force: f64| RimForce {
+pub fn figure_4() -> DiscField {
+    let pushes = [(FRAC_PI_2, 1.0), (-FRAC_PI_2, 1.0), (0.0, 0.5), (PI, 0.5)];
+    let forces = pushes.map(|(angle, force)| RimForce {
         angle,
         radial: -force,
         tangential: 0.0,
-    };
-    let forces = [
-        push(FRAC_PI_2, 1.0),
-        push(-FRAC_PI_2, 1.0),
-        push(0.0, 0.5),
-        push(PI, 0.5),
-    ];
-    DiscField::new(1.0, &forces)
+    });
+    DiscField::under_balanced(1.0, &forces)
 }
 
 /// −(2/π)(F·r̂)/r r̂⊗r̂, Pa.
@@ -215,35 +191,14 @@ fn flamant(load: &PointForce, at: Vector2<f64>) -> Matrix2<f64> {
     away * away.transpose() * (-FRAC_2_PI * load.force.dot(&away) / (square * square))
 }
 
-fn check(radius: f64, loads: &[PointForce]) -> Result<(), DiscFieldError> {
-    if !(radius > 0.0 && radius.is_finite()) {
-        return Err(DiscFieldError::Radius(radius));
-    }
-    let finite = |vector: &Vector2<f64>| vector.iter().all(|value| value.is_finite());
-    let is_broken = |load: &PointForce| !finite(&load.point) || !finite(&load.force);
-    if let Some(index) = loads.iter().position(is_broken) {
-        return Err(DiscFieldError::NotFinite { index });
-    }
-    let sizes: f64 = loads.iter().map(|load| load.force.norm()).sum();
-    let left: Vector2<f64> = loads.iter().map(|load| load.force).sum();
-    if left.norm() > BALANCE * sizes {
-        let (x, z) = (left.x, left.y);
-        return Err(DiscFieldError::Forces { x, z });
-    }
-    let moment: f64 = loads.iter().map(|load| load.point.perp(&load.force)).sum();
-    if moment.abs() > BALANCE * sizes * radius {
-        return Err(DiscFieldError::Moments(moment));
-    }
-    Ok(())
-}
-
 fn unit(angle: f64) -> Vector2<f64> {
     let (sin, cos) = angle.sin_cos();
     Vector2::new(cos, sin)
 }
 
-fn rows(tensor: Matrix2<f64>) -> [[f64; 2]; 2] {
-    tensor.transpose().into()
+/// A quarter of a turn counterclockwise from it.
+fn left_of(of: Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-of.y, of.x)
 }
 
 #[cfg(test)]
@@ -267,7 +222,7 @@ mod tests {
         for force in &mut forces {
             force.tangential -= mean;
             let out = unit(force.angle);
-            sum += force.radial * out + force.tangential * Vector2::new(-out.y, out.x);
+            sum += force.radial * out + force.tangential * left_of(out);
         }
         forces.extend([force(0.0, -sum.x, 0.0), force(FRAC_PI_2, -sum.y, 0.0)]);
         DiscField::new(radius, &forces).expect("made to balance")
@@ -300,18 +255,8 @@ mod tests {
             / field.radius
     }
 
-    fn at(field: &DiscField, point: Vector2<f64>) -> Matrix2<f64> {
-        field.stress(point.into()).into()
-    }
-
-    fn far_from_forces(field: &DiscField, point: Vector2<f64>) -> bool {
-        let near = |load: &PointForce| (load.point - point).norm() < 0.05 * field.radius;
-        !field.loads.iter().any(near)
-    }
-
     /// The largest difference as a share of the largest component.
-    fn relative(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> f64 {
-        let (a, b) = (Matrix2::from(a), Matrix2::from(b));
+    fn relative(a: Matrix2<f64>, b: Matrix2<f64>) -> f64 {
         (a - b).amax() / b.amax()
     }
 
@@ -321,8 +266,9 @@ mod tests {
             for step in 0..100 {
                 let out = unit(TAU * f64::from(step) / 100.0);
                 let point = field.radius * out;
-                if far_from_forces(&field, point) {
-                    let traction = (at(&field, point) * out).norm();
+                let mut away = field.loads.iter().map(|load| (load.point - point).norm());
+                if away.all(|away| away >= 0.05 * field.radius) {
+                    let traction = (field.stress(point) * out).norm();
                     prop_assert!(traction < 1e-12 * scale(&field), "{traction:e}");
                 }
             }
@@ -335,89 +281,38 @@ mod tests {
             let point = share * field.radius * unit(angle);
             let step = 1e-3 * field.radius;
             let beside = [Vector2::x(), Vector2::y()].map(|axis| {
-                [1.0, -1.0].map(|sign| at(&field, point + sign * step * axis))
+                [1.0, -1.0].map(|sign| field.stress(point + sign * step * axis))
             });
             let [[right, left], [up, down]] = beside;
             let divergence = ((right - left).column(0) + (up - down).column(1)) / (2.0 * step);
             let left_over = divergence.norm() * field.radius;
             prop_assert!(left_over < 1e-3 * scale(&field), "{left_over:e}");
             let around: f64 = beside.iter().flatten().map(Matrix2::trace).sum();
-            let laplacian = (around - 4.0 * at(&field, point).trace()) / 1e-6;
+            let laplacian = (around - 4.0 * field.stress(point).trace()) / 1e-6;
             prop_assert!(laplacian.abs() < 2e-2 * scale(&field), "{laplacian:e}");
         }
 
         #[test]
         fn the_average_over_the_disc_is_that_of_the_contacts(field in fields()) {
-            let difference = Matrix2::from(field.average_over_disc())
-                - Matrix2::from(field.contact_average());
+            let difference = field.average_over_disc() - field.contact_average();
             prop_assert!(difference.amax() < 1e-12 * scale(&field), "{:e}", difference.amax());
         }
     }
 
     #[test]
-    fn a_cut_carries_what_acts_on_either_side_of_it() {
-        let field = an_example();
-        let height = 0.3;
-        let half = (field.radius * field.radius - height * height).sqrt();
-        let carried = integrate(-half, half, 12, |x| {
-            Matrix2::from(field.stress([x, height]))
-        });
-        let above: Vector2<f64> = field
-            .loads
-            .iter()
-            .filter(|load| load.point.y > height)
-            .map(|load| load.force)
-            .sum();
-        // The lower part pulls on the upper one with −σ·e_z.
-        let left = (above - carried.column(1)).norm();
-        assert!(left < 1e-12 * scale(&field) * field.radius, "{left:e}");
-    }
-
-    #[test]
-    fn the_average_over_a_smaller_disc_is_that_of_its_tractions() {
-        let field = an_example();
-        let radius = 0.6 * field.radius;
-        let averaged = integrate(0.0, TAU, 6, |angle| {
-            integrate(0.0, radius, 6, |r| r * at(&field, r * unit(angle)))
-        });
-        let tractions = integrate(0.0, TAU, 6, |angle| {
-            let out = unit(angle);
-            radius * radius * out * (at(&field, radius * out) * out).transpose()
-        });
-        let difference = (averaged - tractions).amax();
-        assert!(difference < 1e-10 * tractions.amax(), "{difference:e}");
-    }
-
-    #[test]
     fn the_average_over_a_square_is_that_of_its_tractions() {
-        for field in [figure_4().expect("balances"), an_example()] {
+        for field in [figure_4(), an_example()] {
             let half = 0.5 * field.radius;
             let sides = [0.0, FRAC_PI_2, PI, 3.0 * FRAC_PI_2].map(|angle| {
                 let out = unit(angle);
-                let along = Vector2::new(-out.y, out.x);
                 integrate(-half, half, 4, |s| {
-                    let point = half * out + s * along;
-                    point * (at(&field, point) * out).transpose()
+                    let point = half * out + s * left_of(out);
+                    point * (field.stress(point) * out).transpose()
                 })
             });
             let tractions = sides.iter().sum::<Matrix2<f64>>() / (4.0 * half * half);
-            let square = field
-                .average_over_square(2.0 * half)
-                .expect("within the disc");
-            let difference = relative(square, tractions.into());
-            assert!(difference < 1e-12, "{difference:e}");
-        }
-    }
-
-    #[test]
-    fn fewer_panels_would_do() {
-        for field in [figure_4().expect("balances"), an_example()] {
-            let half = 0.5 * field.radius;
-            let coarse = field.integral_over_square(half, PANELS - 1) / (4.0 * half * half);
-            let fine = field
-                .average_over_square(2.0 * half)
-                .expect("within the disc");
-            let difference = relative(coarse.into(), fine);
+            let square = field.average_over_square(2.0 * half);
+            let difference = relative(square, tractions);
             assert!(difference < 1e-12, "{difference:e}");
         }
     }
@@ -427,21 +322,16 @@ mod tests {
         // Hertz: −3P/(πR) along them and P/(πR) across.
         let forces = [force(FRAC_PI_2, -1.0, 0.0), force(-FRAC_PI_2, -1.0, 0.0)];
         let field = DiscField::new(2.0, &forces).expect("balances");
-        let known = [[0.5 / PI, 0.0], [0.0, -1.5 / PI]];
+        let known = Matrix2::new(0.5 / PI, 0.0, 0.0, -1.5 / PI);
         assert!(relative(field.stress([0.0; 2]), known) < 1e-15);
     }
 
     #[test]
     fn the_centres_trace_is_the_average_and_without_friction_the_rest_is_twice() {
         let deviator = |tensor: Matrix2<f64>| tensor - tensor.trace() / 2.0 * Matrix2::identity();
-        let smooth = [
-            force(0.6, -1.0, 0.0),
-            force(2.2, -0.7, 0.0),
-            force(4.1, -1.4, 0.0),
-        ];
-        for field in [figure_4().expect("balances"), balanced(2.0, smooth.into())] {
-            let centre = Matrix2::from(field.stress([0.0; 2]));
-            let mean = Matrix2::from(field.contact_average());
+        let smooth = [(0.6, -1.0), (2.2, -0.7), (4.1, -1.4)].map(|(a, r)| force(a, r, 0.0));
+        for field in [figure_4(), balanced(2.0, smooth.into())] {
+            let (centre, mean) = (field.stress([0.0; 2]), field.contact_average());
             assert!((centre.trace() - mean.trace()).abs() < 1e-14 * scale(&field));
             let left = (deviator(centre) - 2.0 * deviator(mean)).amax();
             assert!(left < 1e-14 * scale(&field), "{left:e}");
@@ -450,65 +340,33 @@ mod tests {
 
     #[test]
     fn figure_4_has_the_averages_of_table_3_in_its_cell_and_others_in_its_control_square() {
-        let field = figure_4().expect("balances");
+        let field = figure_4();
         let cell = field.average_over_cell(2.0);
-        assert!(relative(cell, [[-0.25, 0.0], [0.0, -0.5]]) < 1e-15);
+        assert!(relative(cell, Matrix2::new(-0.25, 0.0, 0.0, -0.5)) < 1e-15);
         let disc = field.average_over_disc();
-        let square = field.average_over_square(1.0).expect("within the disc");
+        let square = field.average_over_square(1.0);
         assert!(relative(disc, field.contact_average()) < 1e-14);
         // The assumption of section 3.3 fails by these ratios.
-        for (i, ratio) in [(0, 0.82633), (1, 1.43777)] {
-            let found = square[i][i] / cell[i][i];
-            assert!((found - ratio).abs() < 1e-5, "{i}: {found}");
-        }
-        for (i, ratio) in [(0, 0.64900), (1, 1.12922)] {
-            let found = square[i][i] / disc[i][i];
-            assert!((found - ratio).abs() < 1e-5, "{i}: {found}");
+        for (i, ratios) in [(0, [0.82633, 0.64900]), (1, [1.43777, 1.12922])] {
+            let found = [cell, disc].map(|of| square[(i, i)] / of[(i, i)]);
+            let near = |(found, ratio): (&f64, f64)| (found - ratio).abs() < 1e-5;
+            assert!(found.iter().zip(ratios).all(near), "{i}: {found:?}");
         }
     }
 
     #[test]
     fn what_does_not_balance_is_refused() {
-        let (right, nan) = (force(0.0, -2.0, 0.0), force(0.0, f64::NAN, 0.0));
+        let (one, not_finite) = (force(0.0, -2.0, 0.0), force(0.0, f64::NAN, 0.0));
         let couple = [force(0.0, 0.0, 3.0), force(PI, 0.0, 3.0)];
-        for (radius, forces, wanted) in [
-            (
-                1.0,
-                &[right][..],
-                "the forces leave (-2, 0) N/m, must balance",
-            ),
-            (
-                1.0,
-                &couple[..],
-                "the moments about the centre leave 6 N, must balance",
-            ),
-            (
-                0.0,
-                &[],
-                "the disc's radius is 0 m, must be above 0 and finite",
-            ),
-            (1.0, &[nan][..], "force 0 is not finite"),
-        ] {
-            let refused = DiscField::new(radius, forces).expect_err("must be refused");
-            assert_eq!(refused.to_string(), wanted);
-        }
-    }
-
-    #[test]
-    fn a_square_beyond_the_rim_is_refused() {
-        for side in [1.5, 0.0, -1.0, f64::NAN] {
-            let refused = figure_4().expect("balances").average_over_square(side);
-            assert!(
-                matches!(refused, Err(DiscFieldError::Square { .. })),
-                "{side}"
-            );
+        for forces in [&[one][..], &couple, &[not_finite]] {
+            assert_eq!(DiscField::new(1.0, forces), None);
         }
     }
 
     #[test]
     fn a_disc_without_forces_has_no_stress() {
         let field = DiscField::new(1.0, &[]).expect("balances");
-        assert_eq!(field.average_over_disc(), [[0.0; 2]; 2]);
-        assert_eq!(field.stress([0.1, 0.2]), [[0.0; 2]; 2]);
+        assert_eq!(field.average_over_disc(), Matrix2::zeros());
+        assert_eq!(field.stress([0.1, 0.2]), Matrix2::zeros());
     }
 }

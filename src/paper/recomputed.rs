@@ -130,55 +130,35 @@ pub fn of_piles() -> Vec<Number> {
     let classes = subclasses.len() as f64;
     numbers.push(of("table-1/subclasses", "subclasses", classes));
     let add = |id: &str, what: &str, value: f64| of(&format!("piles/{id}"), what, value);
+    let over = |one: &str, other: &str, ratio: f64| {
+        let id = format!("{one}-over-{other}").replace("most ", "");
+        add(&id, &format!("{one} over {other}"), ratio)
+    };
+    let chance = |of: &str, what: &str, cases: f64| {
+        let words = format!("chance of the {of} {what}");
+        add(&format!("chance-{of}"), &words, cases / total)
+    };
     let what = "cases of each most likely subclass";
-    let balance = add(
-        "moment-balance",
-        "cases left by a moment balance",
-        count(&no_moment),
-    );
+    let left = "cases left by a moment balance";
     let (a, b) = (optimistic, pessimistic);
     numbers.extend([
         add("most-likely", what, most),
-        add(
-            "likely-over-optimistic",
-            "most likely over optimistic",
-            most / a,
-        ),
-        add(
-            "likely-over-pessimistic",
-            "most likely over pessimistic",
-            most / b,
-        ),
-        add(
-            "pessimistic-over-optimistic",
-            "pessimistic over optimistic",
-            b / a,
-        ),
+        over("most likely", "optimistic", most / a),
+        over("most likely", "pessimistic", most / b),
+        over("pessimistic", "optimistic", b / a),
         add("symmetric", "cases that are symmetric", count(&symmetric)),
-        balance.known(
+        add("moment-balance", left, count(&no_moment)).known(
             12.0,
             "for equally spaced piles the balance of moments about the middle one also admits \
              unsymmetric cases such as (1 0 2 2 0); 6 counts the symmetric ones only",
         ),
-        add(
-            "chance-optimistic",
-            "chance of the optimistic case",
-            a / total,
-        ),
-        add(
-            "chance-pessimistic",
-            "chance of the pessimistic subclass",
-            b / total,
-        ),
+        chance("optimistic", "case", a),
+        chance("pessimistic", "subclass", b),
     ]);
     let many = |id: &str, what: &str, mean: u32, how: &str| {
         let how = format!("counting the cases of 10,000 piles whose mean load is {how}");
-        Number::of(
-            id,
-            what,
-            piles::chance_of_at_least(10_000, mean, 2 * mean),
-            &how,
-        )
+        let chance = piles::chance_of_at_least(10_000, mean, 2 * mean);
+        Number::of(id, what, chance, &how)
     };
     let what = "chance of at least twice the mean, many piles";
     numbers.push(many("piles/twice-the-mean", what, 10_000, "10,000 steps"));
@@ -218,9 +198,8 @@ pub fn of_disc() -> Vec<Number> {
     let volume = integrate(-RADIUS, RADIUS, 1, |_| 2.0 * RADIUS);
     let particle = disc_area();
     // Compression positive.
-    let field = figure_4().map(|disc| disc.average_over_disc());
-    let [[xx, xz], [_, zz]] = field.unwrap_or([[f64::NAN; 2]; 2]);
-    let [xx, xz, zz] = [xx, xz, zz].map(|stress| -stress * particle);
+    let sums = -figure_4().average_over_disc() * particle;
+    let (xx, xz, zz) = (sums[(0, 0)], sums[(0, 1)], sums[(1, 1)]);
     let field = "elastic stress field integrated over the disc";
     let of = |id: &str, what: &str, value: f64, how: &str| {
         Number::of(&format!("table-3/{id}"), what, value, how)
@@ -319,17 +298,17 @@ pub fn of_continuum() -> Vec<Number> {
     let force = integrate(-HALF_WIDTH, HALF_WIDTH, 1, |_| PRESSURE);
     let how = "the load integrated over the strip";
     let force = Number::of("load/force", "force 2ap on the punch", force, how);
+    let square = integrate(-0.0025, 0.0025, 1, |_| 0.005);
     let (id, what) = (
         "table-4/control-volume",
         "V_c, a square of side R and 1 m deep",
     );
-    let square = integrate(-0.0025, 0.0025, 1, |_| 0.005);
     let square = Number::of(id, what, square, "area of the square");
+    let share = CONTROL_VOLUME / (mean_solid_area() / (1.0 - POROSITY));
     let (id, what) = (
         "section-5/control-volume",
         "V_c over the mean cell of a grain",
     );
-    let share = CONTROL_VOLUME / (mean_solid_area() / (1.0 - POROSITY));
     let share = Number::of(id, what, share, "mean area of the grains over 1−n").known(
         0.263_977_22,
         "misprint: 1 if V_c were the particle and its void, as section 5 says; section 3.2.3 and Table 4 \

@@ -6,7 +6,6 @@ use std::fmt::Write;
 use super::fields::{Grid, VIRIDIS, colour};
 use super::svg::{Area, INK, key, line, printed, round_step, text, whole};
 use crate::document::{self, Colour, Drawing, Plot, Section, Table};
-use crate::error::Error;
 use crate::paper::disc_field::{DiscField, PointForce, figure_4};
 
 /// Width and height of the picture; all lengths that follow are in these units.
@@ -26,11 +25,10 @@ const LINE: f64 = 22.0;
 const ZERO: &str = "fill=\"none\" stroke=\"#fff\" stroke-width=\"1.3\"";
 
 /// The field inside the disc of the paper's Figure 4.
-pub fn of_figure_4() -> Result<Section, Error> {
-    let field = figure_4().map_err(|error| Error::Report(error.to_string()))?;
-    let (map, profiles) = inside_a_disc("figure-4", &field);
+pub fn of_figure_4() -> Section {
+    let (map, profiles) = inside_a_disc("figure-4", &figure_4());
     let section = Section::new("The field of Figure 4's disc", "");
-    Ok(section.with(map).with(profiles))
+    section.with(map).with(profiles)
 }
 
 /// σ_zz of the field, Pa with compression positive, as a map with the forces on the rim and the control square of side R; and
@@ -80,11 +78,10 @@ fn profiles(name: &str, field: &DiscField, scale: &Scale) -> Plot {
         let points = profile(field, axis).map(|[place, value]| [radius * place, value]);
         plot = plot.line(name, colour, points);
     }
-    let square = field.average_over_square(radius);
-    let square = square.map_or(f64::NAN, |stress| -stress[1][1]);
-    let cell = -field.average_over_cell(2.0 * radius)[1][1];
+    let square = -field.average_over_square(radius)[(1, 1)];
+    let cell = -field.average_over_cell(2.0 * radius)[(1, 1)];
     let averages = [
-        ("disc", Colour::Grey, -field.contact_average()[1][1]),
+        ("disc", Colour::Grey, -field.contact_average()[(1, 1)]),
         ("control square", Colour::Green, square),
         ("cell of side 2R", Colour::Purple, cell),
     ];
@@ -118,7 +115,7 @@ fn within_the_disc() -> impl Iterator<Item = [f64; 2]> {
 /// σ_zz with compression positive, Pa; the point in radii.
 fn compression(field: &DiscField, [x, z]: [f64; 2]) -> f64 {
     let radius = field.radius();
-    -field.stress([radius * x, radius * z])[1][1]
+    -field.stress([radius * x, radius * z])[(1, 1)]
 }
 
 /// Places of the grid's nodes, in radii.
@@ -439,7 +436,7 @@ mod tests {
 
     #[test]
     fn every_number_draws_and_the_picture_is_small() {
-        for field in [figure_4().expect("balances"), a_grain(), no_forces()] {
+        for field in [figure_4(), a_grain(), no_forces()] {
             let (drawing, plot) = inside_a_disc("disc", &field);
             let svg = drawing.svg + &crate::report::svg(&plot);
             for wrong in ["NaN", "inf", "-0.0 ", "−0<"] {
@@ -452,7 +449,7 @@ mod tests {
 
     #[test]
     fn the_averages_stand_beside_the_curves() {
-        let (_, plot) = inside_a_disc("disc", &figure_4().expect("balances"));
+        let (_, plot) = inside_a_disc("disc", &figure_4());
         let svg = crate::report::svg(&plot);
         for label in [
             "disc: 0.6366",
@@ -469,8 +466,8 @@ mod tests {
             let svg = inside_a_disc("disc", field).0.svg;
             svg.contains(&format!("fill=\"url(#disc-field-{name})\""))
         };
-        assert!(hatched(&figure_4().expect("balances"), "above"));
-        assert!(!hatched(&figure_4().expect("balances"), "below"));
+        assert!(hatched(&figure_4(), "above"));
+        assert!(!hatched(&figure_4(), "below"));
         assert!(!hatched(&no_forces(), "above") && !hatched(&no_forces(), "below"));
     }
 }

@@ -34,7 +34,7 @@ impl Reproduction {
         let mut others = vec![("measures", self.measures(runs)), ("paper", self.paper())];
         if let Some(suite) = &self.suite {
             let mut of = suite.document();
-            of.sections.push(of_figure_4()?);
+            of.sections.push(of_figure_4());
             of.sections.extend(self.parameters());
             others.push(("verification", of));
         }

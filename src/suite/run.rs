@@ -15,25 +15,12 @@ use crate::engine::exec::{self, Description};
 use crate::engine::yade::{self, CaseInYade, run_cases, unsupported};
 use crate::engine::{ProgramError, value_name};
 use crate::files::work_folder;
-use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
+use crate::paper::disc_field::{DiscField, figure_4};
 use crate::progress::{Display, StageObserver};
 use crate::run::EngineError;
 use grains::native::{CaseOptions, loads, run_case};
 use grains::task::{Case, Observer};
-
-#[derive(Debug, thiserror::Error)]
-pub enum VerifyError {
-    #[error(transparent)]
-    Engine(#[from] EngineError),
-    #[error("the stresses in Figure 4's disc cannot be computed: {0}")]
-    Disc(#[from] DiscFieldError),
-}
-
-impl From<ProgramError> for VerifyError {
-    fn from(error: ProgramError) -> Self {
-        VerifyError::Engine(error.into())
-    }
-}
+use nalgebra::Matrix2;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -218,20 +205,19 @@ pub struct Verification {
 }
 
 impl Verification {
-    fn new(command: &str, cases: Vec<CaseResult>) -> Result<Self, VerifyError> {
-        let disc = figure_4().and_then(|field| DiscFigures::of(&field));
+    fn new(command: &str, cases: Vec<CaseResult>) -> Self {
         let tally = Tally::of(&cases);
-        Ok(Verification {
+        Verification {
             crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
             yade: None,
             exec: None,
             cases,
             errors: Vec::new(),
-            disc: disc?,
+            disc: DiscFigures::of(&figure_4()),
             limits: None,
             tally,
-        })
+        }
     }
 
     pub fn verdict(&self) -> Outcome {
@@ -258,14 +244,14 @@ pub struct DiscFigures {
 }
 
 impl DiscFigures {
-    fn of(field: &DiscField) -> Result<Self, DiscFieldError> {
-        let parts = |of: [[f64; 2]; 2]| [of[0][0], of[1][1], of[0][1]];
-        Ok(DiscFigures {
+    fn of(field: &DiscField) -> Self {
+        let parts = |of: Matrix2<f64>| [of[(0, 0)], of[(1, 1)], of[(0, 1)]];
+        DiscFigures {
             contact: parts(field.contact_average()),
             disc: parts(field.average_over_disc()),
-            square: parts(field.average_over_square(field.radius())?),
+            square: parts(field.average_over_square(field.radius())),
             cell: parts(field.average_over_cell(2.0 * field.radius())),
-        })
+        }
     }
 }
 
@@ -422,7 +408,7 @@ pub fn native_tracks(cases: &[Case], options: &CaseOptions) -> Result<Vec<Track>
     cases.iter().map(run).collect()
 }
 
-pub fn verify(options: &Options, display: &Display) -> Result<Verification, VerifyError> {
+pub fn verify(options: &Options, display: &Display) -> Result<Verification, EngineError> {
     let both = options.engine == Engines::Both;
     // Trajectories are for comparing, and their beds have to be poured first.
     let suite = Suite::new(if both { options.grains } else { 0 });
@@ -497,7 +483,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
         yade: in_yade.version,
         errors,
         limits,
-        ..Verification::new(&options.command, cases)?
+        ..Verification::new(&options.command, cases)
     })
 }
 
@@ -505,14 +491,14 @@ pub fn verify_exec(
     options: &exec::Options,
     command: &str,
     display: &Display,
-) -> Result<Verification, VerifyError> {
+) -> Result<Verification, EngineError> {
     let engine = exec::describe(options)?;
     let task = display.task(&format!("cases in {}", engine.name));
     let cases = Suite::new(0).run_exec(&engine, options, &|done, all| {
         task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
     })?;
     task.done("done");
-    let mut found = Verification::new(command, cases)?;
+    let mut found = Verification::new(command, cases);
     found.exec = Some(engine);
     Ok(found)
 }

@@ -330,7 +330,7 @@ fn field_average(track: &Track, figures: &mut Figures) -> Option<()> {
             tangential: -contact.tangential_force,
         }
     });
-    let field = DiscField::new(RADIUS, &rim.collect::<Vec<_>>()).ok()?;
+    let field = DiscField::new(RADIUS, &rim.collect::<Vec<_>>())?;
     let average = field.average_over_disc();
     let volume = std::f64::consts::PI * RADIUS * RADIUS;
     let largest = sum.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs())) / volume;
@@ -338,7 +338,7 @@ fn field_average(track: &Track, figures: &mut Figures) -> Option<()> {
     for (name, row, column) in [("xx", 0, 0), ("zz", 1, 1), ("xz", 0, 1)] {
         let what = format!("{name}: σ_{name} averaged over the disc, Pa");
         let expected = sum[row][column] / volume;
-        figures.is(&what, -average[row][column], expected, 1.0e-6 * largest);
+        figures.is(&what, -average[(row, column)], expected, 1.0e-6 * largest);
     }
     Some(())
 }
