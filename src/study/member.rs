@@ -89,8 +89,8 @@ impl Member {
     /// The quantity of a published figure; a mean beside the punch is that of both sides.
     pub fn published(&self, figure: &Published) -> Option<f64> {
         match figure.of {
-            Of::Mean => self.of_both_sides(figure.key),
-            _ => self.measured.get(figure.key).copied(),
+            Of::Mean => self.of_both_sides(&figure.key),
+            _ => self.measured.get(&figure.key).copied(),
         }
     }
 

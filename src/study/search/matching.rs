@@ -168,7 +168,8 @@ impl Search {
             1.0,
             0.02,
         );
-        let means = published().map(|of| (of.id, of.title, of.unit, of.value, deviation(of)));
+        let means =
+            published().map(|of| (&of.id[..], &of.title[..], of.unit, of.value, deviation(of)));
         let all = means.chain([reached]);
         let figures = all.map(|(id, title, unit, value, deviation)| Figure {
             id: id.to_owned(),
@@ -356,7 +357,7 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
     });
     let mut observed: Vec<Observed> = observed.collect();
     let mut correlations = BTreeMap::new();
-    for id in published().map(|of| of.id).chain([REACHED]) {
+    for id in published().map(|of| &of.id[..]).chain([REACHED]) {
         let value = |row: &Member| match published().find(|of| of.id == id) {
             Some(figure) => row.published(figure),
             None => Some(f64::from(u8::from(row.ending == Ending::Reached))),
