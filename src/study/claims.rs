@@ -363,7 +363,7 @@ impl Row {
     }
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Short and lasting: `mean.O`.
     pub id: Cow<'static, str>,
@@ -384,12 +384,8 @@ impl Claim {
         Claim {
             id: id.into(),
             place: place.into(),
-            statement: String::new(),
-            rows: Vec::new(),
-            decided_by: String::new(),
-            verdict: None,
-            reading: String::new(),
             figure: figure.into(),
+            ..Claim::default()
         }
     }
 
@@ -510,19 +506,18 @@ mod tests {
             let rows: Vec<Row> = rows.iter().map(|row| (*row).clone()).collect();
             verdict(&rows, rule)
         };
-        assert_eq!(of(&[&yes, &yes], Rule::All), Some(Verdict::Holds));
-        assert_eq!(of(&[&yes, &no], Rule::All), Some(Verdict::DoesNotHold));
-        assert_eq!(of(&[&open, &no], Rule::All), Some(Verdict::DoesNotHold));
-        assert_eq!(of(&[&open, &yes], Rule::All), None);
-        assert_eq!(
-            of(&[&yes, &no], Rule::AnyReading),
-            Some(Verdict::HoldsUnderStatedChoices)
-        );
-        assert_eq!(
-            of(&[&no, &no], Rule::AnyReading),
-            Some(Verdict::DoesNotHold)
-        );
-        assert_eq!(of(&[&open, &no], Rule::AnyReading), None);
+        use Verdict::{DoesNotHold, Holds, HoldsUnderStatedChoices};
+        for (rows, rule, wanted) in [
+            ([&yes, &yes], Rule::All, Some(Holds)),
+            ([&yes, &no], Rule::All, Some(DoesNotHold)),
+            ([&open, &no], Rule::All, Some(DoesNotHold)),
+            ([&open, &yes], Rule::All, None),
+            ([&yes, &no], Rule::AnyReading, Some(HoldsUnderStatedChoices)),
+            ([&no, &no], Rule::AnyReading, Some(DoesNotHold)),
+            ([&open, &no], Rule::AnyReading, None),
+        ] {
+            assert_eq!(of(&rows, rule), wanted, "{rows:?} {rule:?}");
+        }
         let hangs_on = |rows: [&Row; 3]| {
             let claim = Claim::of("x", "", "").by(Rule::All, rows.map(Row::clone).to_vec());
             claim.hangs_on().map(Row::estimate)

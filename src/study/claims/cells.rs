@@ -15,7 +15,7 @@ use crate::paper::continuum::{Field, Model};
 use crate::study::campaign::Member;
 use crate::study::figures::setup_of;
 use evidence::distribution::Family;
-use evidence::moments::{mean, standard_deviation};
+use evidence::moments::{coefficient_of_variation, mean, standard_deviation};
 use evidence::regression::{correlation, slope, spearman};
 use evidence::zeros::Parted;
 use evidence::{Interval, bootstrap};
@@ -97,58 +97,25 @@ pub fn continuum(scene: &Scene, moment: Moment, offset: f64, depth: f64, area: f
     weight + sum / f64::from(RINGS * SPOKES)
 }
 
-fn volume(
-    scene: &Scene,
-    members: &[Member],
-    moment: Moment,
-    point: &str,
-    cells: usize,
-    single: f64,
-) -> Option<Volume> {
-    let all = together(members, moment, point, cells);
-    let place = scene.control_points.iter().find(|of| of.name == point)?;
-    if all.len() < 3 {
-        return None;
+/// The sums over growing numbers of cells, of the members that have all of them: a sample for each number.
+fn growing(members: &[Member], moment: Moment, point: &str) -> [Vec<f64>; GROWING.len()] {
+    let all = GROWING.map(|cells| sums(members, moment, point, cells));
+    match all.iter().all(|of| of.len() == all[0].len()) {
+        true => all,
+        false => Default::default(),
     }
-    let sums: Vec<f64> = all.iter().map(|one| one.zz).collect();
-    let mean_of = |of: fn(&Together) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let (area, rise) = (mean_of(|one| one.cell), mean_of(|one| one.rise));
-    let n = cells as f64;
-    let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
-    let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others).at(LEVEL);
-    let ratio = standard_deviation(&sums) / mean(&sums) / single;
-    Some(Volume {
-        cells,
-        packings: all.len(),
-        area,
-        stress: sample::mean(&stresses(&all)).at(LEVEL),
-        continuum: continuum(scene, moment, place.offset, place.depth - rise, area),
-        variation,
-        scaled: variation.map(|of| of.over(1.0 / n.sqrt())),
-        shape: shape.map(|of| of.over(n)),
-        correlation: (cells > 1 && single.is_finite())
-            .then(|| (n * ratio * ratio - 1.0) / (n - 1.0)),
-    })
 }
 
-/// The sums over growing numbers of cells, of the members that have all of them: [packing][number of cells].
-fn table(members: &[Member], moment: Moment, point: &str) -> Vec<Vec<f64>> {
-    let columns = GROWING.map(|cells| sums(members, moment, point, cells));
-    let packings = columns.iter().map(Vec::len).min().unwrap_or(0);
-    if columns.iter().any(|column| column.len() != packings) {
-        return Vec::new();
-    }
-    (0..packings)
-        .map(|packing| columns.iter().map(|column| column[packing]).collect())
-        .collect()
+/// The values of packings that were drawn.
+fn drawn(values: &[f64], packings: &[usize]) -> Vec<f64> {
+    packings.iter().map(|one| values[*one]).collect()
 }
 
 /// Of CV ∝ N^exponent, with its interval over packings.
-fn exponent(table: &[Vec<f64>], level: f64) -> Option<Interval> {
-    bootstrap::interval(table.len(), level, |packings| {
-        let points = GROWING.iter().enumerate().map(|(index, cells)| {
-            let sums: Vec<f64> = packings.iter().map(|one| table[*one][index]).collect();
-            let variation = standard_deviation(&sums) / mean(&sums);
+fn exponent(growing: &[Vec<f64>], level: f64) -> Option<Interval> {
+    bootstrap::interval(growing[0].len(), level, |packings| {
+        let points = GROWING.iter().zip(growing).map(|(cells, sums)| {
+            let variation = coefficient_of_variation(&drawn(sums, packings));
             ((*cells as f64).ln(), variation.ln())
         });
         slope(&points.collect::<Vec<_>>()).map_or(f64::NAN, |slope| slope.estimate)
@@ -174,25 +141,44 @@ fn enough(volumes: &[Volume]) -> Option<f64> {
 
 /// All points and moments that the members have.
 pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
-    let mut series = Vec::new();
-    for moment in Moment::BOTH {
-        for point in POINTS {
-            let first = sums(members, moment, point, 1);
-            let single = standard_deviation(&first) / mean(&first);
-            let volumes: Vec<Volume> = GROWING
-                .iter()
-                .filter_map(|cells| volume(scene, members, moment, point, *cells, single))
-                .collect();
-            series.push(Volumes {
-                moment,
-                point: point.into(),
-                exponent: exponent(&table(members, moment, point), LEVEL),
-                enough: enough(&volumes),
-                volumes,
-            });
-        }
+    let of_moment = |moment| POINTS.map(|point| volumes(scene, members, moment, point));
+    Moment::BOTH.into_iter().flat_map(of_moment).collect()
+}
+
+fn volumes(scene: &Scene, members: &[Member], moment: Moment, point: &'static str) -> Volumes {
+    let single = coefficient_of_variation(&sums(members, moment, point, 1));
+    let place = scene.control_points.iter().find(|of| of.name == point);
+    let volume = |cells: usize| {
+        let all = together(members, moment, point, cells);
+        let place = place.filter(|_| all.len() >= 3)?;
+        let sums: Vec<f64> = all.iter().map(|one| one.zz).collect();
+        let mean_of = |of: fn(&Together) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        let (area, rise) = (mean_of(|one| one.cell), mean_of(|one| one.rise));
+        let n = cells as f64;
+        let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
+        let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others).at(LEVEL);
+        let ratio = coefficient_of_variation(&sums) / single;
+        Some(Volume {
+            cells,
+            packings: all.len(),
+            area,
+            stress: sample::mean(&stresses(&all)).at(LEVEL),
+            continuum: continuum(scene, moment, place.offset, place.depth - rise, area),
+            variation,
+            scaled: variation.map(|of| of.over(1.0 / n.sqrt())),
+            shape: shape.map(|of| of.over(n)),
+            correlation: (cells > 1 && single.is_finite())
+                .then(|| (n * ratio * ratio - 1.0) / (n - 1.0)),
+        })
+    };
+    let volumes: Vec<Volume> = GROWING.into_iter().filter_map(volume).collect();
+    Volumes {
+        moment,
+        point: point.into(),
+        exponent: exponent(&growing(members, moment, point), LEVEL),
+        enough: enough(&volumes),
+        volumes,
     }
-    series
 }
 
 /// Correlations between neighbours may be this large: eight cells with it would vary by a third more than 1/√8.
@@ -244,8 +230,8 @@ pub fn independence(members: &[Member]) -> Claim {
 
 fn pair(first: &[f64], second: &[f64], level: f64) -> Option<Interval> {
     bootstrap::interval(first.len(), level, |packings| {
-        let of = |values: &[f64]| -> Vec<f64> { packings.iter().map(|one| values[*one]).collect() };
-        correlation(&of(first), &of(second)).unwrap_or(f64::NAN)
+        let both = [first, second].map(|of| drawn(of, packings));
+        correlation(&both[0], &both[1]).unwrap_or(f64::NAN)
     })
 }
 
@@ -254,9 +240,8 @@ fn mean_of_pairs(columns: &[Vec<f64>], packings: &[usize]) -> f64 {
     let count = columns.len() as f64;
     let mut sums = vec![0.0; packings.len()];
     for column in columns {
-        let values: Vec<f64> = packings.iter().map(|one| column[*one]).collect();
-        let centre = mean(&values);
-        let spread = standard_deviation(&values);
+        let values = drawn(column, packings);
+        let (centre, spread) = (mean(&values), standard_deviation(&values));
         for (sum, value) in sums.iter_mut().zip(values) {
             *sum += (value - centre) / spread;
         }
@@ -280,10 +265,10 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
     let mut rows = Vec::new();
     let mut found = Vec::new();
     for of in series.iter().filter(|of| of.moment == moment) {
-        let table = table(members, moment, &of.point);
+        let growing = growing(members, moment, &of.point);
         let name = format!("{}: exponent of N", of.point);
         let limits = [-0.5 - EXPONENT, -0.5 + EXPONENT];
-        let number = Number::new(table.len(), |level| exponent(&table, level));
+        let number = Number::new(growing[0].len(), |level| exponent(&growing, level));
         rows.push(Row::judged(name, limits, number).against(-0.5));
         let volumes = of.volumes.iter();
         for one in volumes.filter(|one| [1, 16, 256].contains(&one.cells)) {
@@ -303,10 +288,11 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
             ));
         }
     }
-    Claim::of(match moment {
-            Moment::Loaded => "variation.load",
-            Moment::Settled => "variation.gravity",
-        }, "section 5", "volumes")
+    let id = match moment {
+        Moment::Loaded => "variation.load",
+        Moment::Settled => "variation.gravity",
+    };
+    Claim::of(id, "section 5", "volumes")
         .says(format!(
             "The coefficient of variation of N cells together is 1/√N ({}).",
             moment.words()

@@ -172,10 +172,9 @@ fn named(row: &Row) -> String {
 /// A row a claim with the number that it hangs on; with verdict and the number that this one hangs on for another scene.
 fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
     let both = claims.iter().map(|claim| (claim, claim.hangs_on()));
-    let both: Vec<(&Claim, Option<&Row>)> = both.collect();
     let other = |claim: &Claim| beside.iter().find(|of| of.id == claim.id);
     let beside = |claim: &Claim| other(claim)?.hangs_on();
-    let all = Table::of(name, "", &both)
+    let all = Table::of(name, "", both)
         .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
         .column("verdict", |(claim, _)| claim.word())
         .column("hangs on", |(claim, row)| match row {

@@ -167,47 +167,44 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
 const NEGLIGIBLE: f64 = 0.01;
 
 fn which_hold(rows: &[Row]) -> String {
-    let named = |wanted: Outcome| -> Vec<&str> {
+    let named = |wanted: Outcome| {
         let is_it = |row: &&Row| row.judged.is_some_and(|of| of.outcome == wanted);
-        let rows = rows.iter().filter(is_it);
-        rows.map(|row| row.what.as_str()).collect()
+        let names = rows.iter().filter(is_it).map(|row| row.what.as_str());
+        names.collect::<Vec<&str>>().join("; ")
     };
-    let (names, open) = (
-        or_none(&named(Outcome::Pass).join("; ")),
-        named(Outcome::Skipped),
-    );
+    let (names, open) = (named(Outcome::Pass), named(Outcome::Skipped));
+    let names = or_none(&names);
     match open.is_empty() {
-        true => names,
-        false => format!("{names}; undecided: {}", open.join("; ")),
+        true => names.to_owned(),
+        false => format!("{names}; undecided: {open}"),
     }
 }
 
-fn or_none(names: &str) -> String {
-    if names.is_empty() { "none" } else { names }.to_owned()
+fn or_none(names: &str) -> &str {
+    if names.is_empty() { "none" } else { names }
 }
 
 /// H = 0.46 ± 0.01 m.
 pub fn height(members: &[Member]) -> Option<Claim> {
     let varies = standard_deviation(&measured(members, HEIGHTS[0].0));
-    let (scatter, open) = ("± 0.01 m", "how a height is taken");
     let varies = format!("; from bed to bed it varies by {varies:.4} m");
     let says = "The height of the packing after pouring is H = 0.46 ± 0.01 m.";
-    let claim = by_definition(members, "height", &HEIGHTS, [scatter, open, &varies])?;
-    Some(claim.says(says))
+    let words = [says, "± 0.01 m", "how a height is taken", &varies];
+    by_definition(members, "height", &HEIGHTS, words)
 }
 
 /// n = 0.17 ± 0.01.
 pub fn porosity(members: &[Member]) -> Option<Claim> {
-    let words = ["± 0.01", "where a porosity is taken", ""];
     let says = "That height corresponds to an average porosity of n = 0.17 ± 0.01.";
-    Some(by_definition(members, "porosity", &POROSITIES, words)?.says(says))
+    let words = [says, "± 0.01", "where a porosity is taken", ""];
+    by_definition(members, "porosity", &POROSITIES, words)
 }
 
 fn by_definition(
     members: &[Member],
     id: &'static str,
     keys: &[(&str, &str)],
-    [scatter, open, more]: [&str; 3],
+    [says, scatter, open, more]: [&str; 4],
 ) -> Option<Claim> {
     let of = published(id)?;
     let row = |(key, words): &(&str, &str)| {
@@ -217,14 +214,14 @@ fn by_definition(
     };
     let rows: Vec<Row> = keys.iter().map(row).collect();
     let found = which_hold(&rows);
-    let claim = Claim::of(id, of.place, "plane")
+    Some(Claim::of(id, of.place, "plane")
+        .says(says)
         .found(format!("Mean {id} within the printed {scatter} by: {found}{more}."))
         .decided_by(format!(
             "Mean over settled members within the printed {scatter}. The paper does not say {open}, so each definition is a \
              reading."
         ))
-        .by(Rule::AnyReading, rows);
-    Some(claim)
+        .by(Rule::AnyReading, rows))
 }
 
 /// Both at once: they are tied by the area of the grains, n = 1 − S/(L·H).

@@ -238,11 +238,8 @@ const DECIDED_BY_PEAKEDNESS: &str = "Mean absolute over standard deviation, 0.70
 /// Laplace for the shear component, from the same theory.
 pub fn laplace(members: &[Member]) -> Claim {
     let of_point = |point| {
-        rows_of_shear(
-            point,
-            &stress(members, Moment::Loaded, point, "grain_xz"),
-            "Pa",
-        )
+        let values = stress(members, Moment::Loaded, point, "grain_xz");
+        rows_of_shear(point, &values, "Pa")
     };
     let (rows, found): (Vec<Vec<Row>>, Vec<String>) = POINTS.into_iter().map(of_point).unzip();
     Claim::of("laplace", "section 3.3 and the same theory elsewhere", "shear")
@@ -264,54 +261,41 @@ pub fn laplace(members: &[Member]) -> Claim {
 /// the principal directions.
 const SOURCE: &str = "arXiv:1812.08424, summary";
 
-/// Extensive stress of the nearest grain in every packing, J/m, along the principal directions of its mean over the packings.
-struct Principal {
-    /// Along the direction nearer to the vertical.
-    upright: Vec<f64>,
-    /// Across it.
-    level: Vec<f64>,
-    shear: Vec<f64>,
-}
-
-impl Principal {
-    fn at(members: &[Member], point: &str) -> Self {
-        let nearest = sample::nearest(members, Moment::Loaded, point, 1);
-        let parts = nearest.iter().map(|of| [of[0].xx, of[0].zz, of[0].xz]);
-        let parts: Vec<[f64; 3]> = parts.collect();
-        let middle = |part: usize| mean(&parts.iter().map(|of| of[part]).collect::<Vec<f64>>());
-        // From z towards x, at most an eighth of a turn while σ_zz is the larger one.
-        let turn = 0.5 * (2.0 * middle(2)).atan2(middle(1) - middle(0));
-        let (sin, cos) = turn.sin_cos();
-        let along =
-            |[xx, zz, xz]: &[f64; 3], [x, z]: [f64; 2]| x * x * xx + z * z * zz + 2.0 * x * z * xz;
-        let across = |[xx, zz, xz]: &[f64; 3]| sin * cos * (xx - zz) + (cos * cos - sin * sin) * xz;
-        Principal {
-            upright: parts.iter().map(|of| along(of, [sin, cos])).collect(),
-            level: parts.iter().map(|of| along(of, [cos, -sin])).collect(),
-            shear: parts.iter().map(across).collect(),
-        }
-    }
+/// Extensive stress of the nearest grain in every packing, J/m, along the principal directions of its mean over the packings: the
+/// one nearer to the vertical and the one across it; and its shear.
+fn principal(members: &[Member], point: &str) -> [Vec<f64>; 3] {
+    let nearest = sample::nearest(members, Moment::Loaded, point, 1);
+    let parts = nearest.iter().map(|of| [of[0].xx, of[0].zz, of[0].xz]);
+    let parts: Vec<[f64; 3]> = parts.collect();
+    let middle = |part: usize| mean(&parts.iter().map(|of| of[part]).collect::<Vec<f64>>());
+    // From z towards x, at most an eighth of a turn while σ_zz is the larger one.
+    let turn = 0.5 * (2.0 * middle(2)).atan2(middle(1) - middle(0));
+    let (sin, cos) = turn.sin_cos();
+    let along =
+        |[xx, zz, xz]: &[f64; 3], [x, z]: [f64; 2]| x * x * xx + z * z * zz + 2.0 * x * z * xz;
+    let across = |[xx, zz, xz]: &[f64; 3]| sin * cos * (xx - zz) + (cos * cos - sin * sin) * xz;
+    [
+        parts.iter().map(|of| along(of, [sin, cos])).collect(),
+        parts.iter().map(|of| along(of, [cos, -sin])).collect(),
+        parts.iter().map(across).collect(),
+    ]
 }
 
 pub fn of_earlier_paper(members: &[Member], others: &[Claim]) -> Vec<Claim> {
-    let points = POINTS.map(|point| (point, Principal::at(members, point)));
     let (mut normal, mut shear, mut shapes, mut peaks) = (vec![], vec![], vec![], vec![]);
-    for (point, of) in &points {
-        for (name, values) in [
-            ("nearer to the vertical", &of.upright),
-            ("across it", &of.level),
-        ] {
+    for point in POINTS {
+        let [upright, level, of_shear] = principal(members, point);
+        for (name, values) in [("nearer to the vertical", upright), ("across it", level)] {
             let name = format!("{point}, {name}");
-            let rows = rows_of(&name, values);
+            let rows = rows_of(&name, &values);
             shapes.push(format!("{name} {:.2}", rows[1].estimate()));
             normal.extend(rows);
         }
-        let (mut rows, found) = rows_of_shear(point, &of.shear, "J/m");
-        let loaded = Parted::of(&of.shear).others;
+        let (mut rows, found) = rows_of_shear(point, &of_shear, "J/m");
+        let loaded = Parted::of(&of_shear).others;
         if let Some(between) = not_nested(Family::Laplace, Family::Normal, &loaded) {
             let test = "Laplace and normal equally far from the truth (Vuong's z; positive: Laplace nearer)";
-            let first = rows.remove(0);
-            rows.insert(0, first.with(test, between.z, between.p));
+            rows[0] = rows[0].clone().with(test, between.z, between.p);
         }
         peaks.push(found);
         shear.extend(rows);
