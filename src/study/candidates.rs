@@ -25,8 +25,9 @@ const FRICTION: f64 = 0.3;
 /// Speeds of the punch on beds at rest, m/s, each half of the one before; without friction the slowest go on for very long, and
 /// none is needed to see what becomes of them.
 const SPEEDS: [f64; 4] = [0.08, 0.04, 0.02, 0.01];
-const WITHOUT_FRICTION: usize = 3;
-const WITHOUT_TURNING: usize = 3;
+const ALL: usize = SPEEDS.len();
+/// Of beds without friction or whose grains do not turn.
+const FEW: usize = 3;
 /// Of B, m: a smaller scene has its points nearer.
 const PAPER_FARTHEST: f64 = 0.15;
 /// Distances from the punch's axis at the control points' depth, m.
@@ -77,35 +78,22 @@ impl Plan {
         let poured = changed(base.clone(), &[Friction(FRICTION)]);
         let name = format!("friction {FRICTION} rad in loading");
         let without = format!("{name}, grains do not turn");
+        let in_both = format!("friction {FRICTION} rad in both stages");
+        let frictional = setting("friction", &name, frictional);
         let mut beds = vec![
             vec![setting("printed", PRINTED, printed)],
-            vec![
-                setting("friction", &name, frictional),
-                setting("blocked", &without, stiff),
-            ],
-            vec![setting(
-                "poured",
-                &format!("friction {FRICTION} rad in both stages"),
-                poured,
-            )],
+            vec![frictional, setting("blocked", &without, stiff)],
+            vec![setting("poured", &in_both, poured)],
         ];
         let rest = changed(base, &[Settled(REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
         let rough = with_friction(rest.clone());
+        let stiff = without_turning(rough.clone());
+        let stiffly = "with friction, grains do not turn";
         for (kind, words, scene, speeds) in [
-            ("rest", "without friction", rest, WITHOUT_FRICTION),
-            (
-                "rest-friction",
-                "with friction in loading",
-                rough.clone(),
-                SPEEDS.len(),
-            ),
-            (
-                "rest-blocked",
-                "with friction, grains do not turn",
-                without_turning(rough),
-                WITHOUT_TURNING,
-            ),
+            ("rest", "without friction", rest, FEW),
+            ("rest-friction", "with friction in loading", rough, ALL),
+            ("rest-blocked", stiffly, stiff, FEW),
         ] {
             let settings = SPEEDS.iter().take(speeds).map(|speed| {
                 let scene = changed(scene.clone(), &[Speed(*speed)]);
@@ -122,13 +110,15 @@ impl Plan {
         beds.push(at_rest);
         for (index, of) in found.iter().flat_map(|of| &of.best).take(best).enumerate() {
             let rank = index + 1;
-            let mut of_search = setting(
-                &format!("best-{rank}"),
-                &format!("number {rank} of the search"),
-                with_lines(space::scene(&space::base(quick), &of.at)),
+            let (id, name) = (
+                format!("best-{rank}"),
+                format!("number {rank} of the search"),
             );
-            of_search.at = of.at.clone();
-            beds.push(vec![of_search]);
+            let scene = with_lines(space::scene(&space::base(quick), &of.at));
+            beds.push(vec![Setting {
+                at: of.at.clone(),
+                ..setting(&id, &name, scene)
+            }]);
         }
         Plan {
             beds: Beds(beds),
@@ -365,11 +355,15 @@ impl Plan {
         for of in all.filter(|of| found.is_none() || of.is_beside_search) {
             let word = of.name.replace([',', ' '], "-").replace("--", "-");
             for value in if quick { of.few } else { of.values } {
-                let (id, name) = (
-                    format!("{word}-{value}"),
-                    format!("{}: {value} {}", of.name, of.unit),
+                let name = format!("{}: {value} {}", of.name, of.unit);
+                let changes = [(of.change)(*value)];
+                add(
+                    &format!("{word}-{value}"),
+                    &name,
+                    of.name,
+                    &[*value],
+                    &changes,
                 );
-                add(&id, &name, of.name, &[*value], &[(of.change)(*value)]);
             }
         }
         Plan {

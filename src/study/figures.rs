@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::document::plot::Point as DataPoint;
 use crate::document::{Axis, Colour, Plot, Shape, Table, rounded};
-use crate::paper::continuum::table::{Point, Setup};
+use crate::paper::continuum::table::Setup;
 use crate::paper::continuum::{Field, Load, Model, Spread};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
 use crate::study::StudyError;
@@ -17,24 +17,19 @@ use evidence::moments::{mean, standard_deviation};
 use evidence::proportion::{Bins, wilson};
 use evidence::zeros::Parted;
 use grains::measure;
-use grains::scene::Scene;
+use grains::scene::{ControlPoint, Scene};
 use grains::tables::Snapshot;
 use serde::{Deserialize, Serialize};
 
 /// The continuum's side of a scene. Height and porosity of the bed are the published ones: what the theory was given.
 pub fn setup_of(scene: &Scene) -> Setup {
-    let points = scene.control_points.iter().map(|point| Point {
-        name: point.name.clone(),
-        offset: point.offset,
-        depth: point.depth,
-    });
     Setup {
         load: Load {
             spread: Spread::Uniform,
             pressure: scene.loading.pressure,
             half_width: scene.loading.half_width,
         },
-        points: points.collect(),
+        points: scene.control_points.clone(),
         width: scene.container.width,
         density: scene.material.density,
         gravity: scene.gravity,
@@ -96,7 +91,7 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
     let setup = setup_of(scene);
     let field = Field::new(Model::HalfSpace, setup.load);
     let volume = scene.measurement.control_volume_side.powi(2);
-    let of = |point: &Point| {
+    let of = |point: &ControlPoint| {
         let key = format!("loaded.stress.{}.control_volume_zz", point.name);
         let values = campaign.rows.iter().filter_map(|of| of.measured.get(&key));
         let values: Vec<f64> = values.copied().collect();
@@ -249,21 +244,28 @@ impl Distribution {
     }
 
     fn laws(&self) -> Vec<(&'static str, Colour, Law)> {
-        let theory = self.theory.map(|mean| Law::Exponential { mean });
-        let own = (!self.has_both_signs()).then(|| mean(&self.values));
-        let own = own.map(|mean| Law::Exponential { mean });
+        let exponential = |mean| Law::Exponential { mean };
         // Of the two families that are fitted.
-        let name = if self.has_both_signs() {
-            "fitted Laplace"
-        } else {
-            "fitted gamma"
+        let (name, own) = match self.has_both_signs() {
+            true => ("fitted Laplace", None),
+            false => ("fitted gamma", Some(mean(&self.values))),
         };
         let laws = [
-            theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),
-            own.map(|law| ("exponential of the same mean", Colour::Grey, law)),
-            self.fitted.map(|law| (name, Colour::Green, law)),
+            (
+                "theory's exponential",
+                Colour::Vermilion,
+                self.theory.map(exponential),
+            ),
+            (
+                "exponential of the same mean",
+                Colour::Grey,
+                own.map(exponential),
+            ),
+            (name, Colour::Green, self.fitted),
         ];
-        laws.into_iter().flatten().collect()
+        let laws = laws.into_iter();
+        laws.filter_map(|(name, colour, law)| Some((name, colour, law?)))
+            .collect()
     }
 
     /// Histogram and, for laws of one sign, the share of larger values; empty where there is nothing to draw.
@@ -364,31 +366,25 @@ impl Distribution {
 mod tests {
     use super::*;
 
-    fn of(mut values: Vec<f64>) -> Distribution {
-        values.sort_by(f64::total_cmp);
-        Distribution {
-            name: "figure-5".into(),
-            point: "O".to_owned(),
-            quantity: "Σ_zz".into(),
-            unit: "J".into(),
-            theory: Some(0.34),
-            fitted: Some(Law::Gamma {
-                shape: 1.1,
-                scale: 0.31,
-            }),
-            zeros: 0,
-            values,
-        }
+    fn of(values: &[f64]) -> Distribution {
+        let words = ["figure-5", "Σ_zz", "J"];
+        Distribution::new(words, "O", Some(0.34), Family::Gamma, values)
     }
 
-    fn quantiles(count: u32) -> Vec<f64> {
-        let share = |k: u32| (f64::from(k) + 0.5) / f64::from(count);
-        (0..count).map(|k| -0.34 * (1.0 - share(k)).ln()).collect()
+    fn of_laplace(values: &[f64], location: f64, scale: f64) -> Distribution {
+        Distribution {
+            theory: None,
+            fitted: Some(Law::Laplace { location, scale }),
+            ..of(values)
+        }
     }
 
     #[test]
     fn bins_hold_nearly_all_values_and_their_intervals_hold_the_law() {
-        let of = of(quantiles(1000));
+        let shares = (0..1000).map(|k| (f64::from(k) + 0.5) / 1000.0);
+        let of = of(&shares
+            .map(|share| -0.34 * (1.0 - share).ln())
+            .collect::<Vec<f64>>());
         let bins = of.bins().expect("has values");
         let law = Law::Exponential { mean: 0.34 };
         let (mut sum, mut missed) = (0.0, 0);
@@ -398,44 +394,31 @@ mod tests {
             missed += u32::from(!(density.low..=density.high).contains(&wanted));
             sum += density.estimate * (to - from);
         }
-        assert!(
-            bins.count >= 10 && missed == 0,
-            "{missed} of {}",
-            bins.count
-        );
+        let count = bins.count;
+        assert!(count >= 10 && missed == 0, "{missed} of {count}");
         assert!((sum - 0.9975).abs() < 0.002, "{sum}");
         let plots = of.plots();
         assert_eq!(plots.len(), 2);
         // Shares fall as the law's.
-        let Some(points) = plots[1].marks[0].points() else {
-            panic!("no points");
-        };
+        let points = plots[1].marks[0].points().expect("points");
         for point in points.iter().filter(|point| point.x < 3.0 * 0.34) {
-            assert!(
-                (point.y / law.survival(point.x) - 1.0).abs() < 0.02,
-                "{point:?}"
-            );
+            let over = point.y / law.survival(point.x);
+            assert!((over - 1.0).abs() < 0.02, "{point:?}");
         }
     }
 
     #[test]
     fn nothing_to_draw_draws_nothing() {
-        assert!(of(Vec::new()).plots().is_empty());
-        assert!(of(vec![1.0]).plots().is_empty());
-        assert!(of(vec![1.0, f64::NAN]).plots().is_empty());
-        assert!(of(vec![0.0, 0.0]).plots().is_empty());
-        assert!(of(vec![-1.0, 0.5]).plots().is_empty());
-        let mut no_scale = of(vec![1.0, 1.0]);
-        no_scale.fitted = Some(Law::Laplace {
-            location: 1.0,
-            scale: 0.0,
-        });
-        assert!(no_scale.plots().is_empty());
+        let undrawn = [&[][..], &[1.0], &[1.0, f64::NAN], &[0.0, 0.0], &[-1.0, 0.5]];
+        let without_scale = of_laplace(&[1.0, 1.0], 1.0, 0.0);
+        for of in undrawn.into_iter().map(of).chain([without_scale]) {
+            assert!(of.plots().is_empty(), "{of:?}");
+        }
     }
 
     #[test]
     fn values_below_zero_have_bins() {
-        let bins = of(vec![-0.3, 0.1, 0.2, 0.5]).bins().expect("has values");
+        let bins = of(&[-0.3, 0.1, 0.2, 0.5]).bins().expect("has values");
         assert!(bins.start <= -0.3 && bins.start > -0.35, "{bins:?}");
         assert!(bins.count <= 200);
     }
@@ -443,12 +426,7 @@ mod tests {
     /// Values of both signs have no share of larger values; without a theory nothing is said of one.
     #[test]
     fn what_a_distribution_has_not_is_left_out() {
-        let mut both_signs = of(vec![-0.3, -0.1, 0.1, 0.3]);
-        both_signs.theory = None;
-        both_signs.fitted = Some(Law::Laplace {
-            location: 0.0,
-            scale: 0.2,
-        });
+        let both_signs = of_laplace(&[-0.3, -0.1, 0.1, 0.3], 0.0, 0.2);
         let [plot] = &both_signs.plots()[..] else {
             panic!("one plot");
         };

@@ -59,17 +59,13 @@ impl Candidates {
     }
 
     fn laws(&self) -> Section {
-        let own = self
-            .settings
-            .iter()
-            .flat_map(|of| of.layers.iter().map(move |layer| (of, layer)));
         // Settings that load the same bed have the same layers.
-        let mut seen: Vec<&Layer> = Vec::new();
-        let mut rows = Vec::new();
-        for (of, layer) in own {
-            if !seen.contains(&layer) {
-                seen.push(layer);
-                rows.push((of, layer));
+        let mut rows: Vec<(&Found, &Layer)> = Vec::new();
+        for of in &self.settings {
+            for layer in &of.layers {
+                if rows.iter().all(|(_, seen)| *seen != layer) {
+                    rows.push((of, layer));
+                }
             }
         }
         let table = Table::of("laws", "Which law holds at which depth", rows)
@@ -92,38 +88,32 @@ impl Candidates {
         Section::new("Theory against theory, by depth", words).with(table)
     }
 
+    fn setting(&self, id: &str) -> Option<&Found> {
+        self.settings.iter().find(|of| of.setting.id == id)
+    }
+
     fn named(&self, id: &str) -> &str {
-        let found = self.settings.iter().find(|of| of.setting.id == id);
-        found.map_or("", |of| of.name())
+        self.setting(id).map_or("", Found::name)
     }
 
     fn answer(&self) -> String {
-        let of = |wanted| {
-            self.settings
-                .iter()
-                .filter(move |of| of.gives_all() == wanted)
+        let [shown, open] = [Some(true), None].map(|wanted| {
+            let of = self.settings.iter().filter(|of| of.gives_all() == wanted);
+            of.map(Found::described).collect::<Vec<String>>()
+        });
+        let names = |before: &str, of: &[String]| match of.len() {
+            0 => String::new(),
+            ..=NAMED => before.to_owned() + &of.join(", "),
+            many => format!("{before}{many} of them"),
         };
-        let names = |wanted| {
-            let names: Vec<String> = of(wanted).map(Found::described).collect();
-            match names.len() {
-                ..=NAMED => names.join(", "),
-                many => format!("{many} of them"),
-            }
-        };
-        let (shown, open) = (of(Some(true)).count(), of(None).count());
-        let other = self.grains != GRAINS;
-        let mut first = if other { OTHER_BED } else { "" }.to_owned();
-        first += &format!(
-            "{shown} of {} settings were shown to give all published figures",
-            self.settings.len()
+        let first = format!(
+            "{}{} of {} settings were shown to give all published figures{}{}.",
+            if self.grains != GRAINS { OTHER_BED } else { "" },
+            shown.len(),
+            self.settings.len(),
+            names(": ", &shown),
+            names("; undecided: ", &open)
         );
-        if shown > 0 {
-            first += &format!(": {}", names(Some(true)));
-        }
-        if open > 0 {
-            first += &format!("; undecided: {}", names(None));
-        }
-        first += ".";
         let nearest = self.settings.iter().min_by_key(|of| {
             let come_out = of.count(Verdict::ComesOut);
             (of.missed().len(), of.figures.len() - come_out)
@@ -229,8 +219,8 @@ impl Candidates {
                 of.setting.id.starts_with("rest") && with == wanted && of.bears()
             })
         };
-        let best = self.settings.iter().find(|of| of.setting.id == BEST);
-        let all = [self.settings.first(), slowest(false), slowest(true), best];
+        let first = self.settings.first();
+        let all = [first, slowest(false), slowest(true), self.setting(BEST)];
         all.into_iter().flatten().collect()
     }
 
@@ -262,57 +252,44 @@ impl Candidates {
             return section.with(table);
         };
         let depth = first.parts.first().map_or(0.0, |of| of.depth);
-        let aside: &dyn Fn(&Parts) -> Option<f64> = &|of| (of.depth == depth).then_some(of.offset);
-        let below: &dyn Fn(&Parts) -> Option<f64> = &|of| (of.offset == 0.0).then_some(of.depth);
-        let added: fn(&Parts) -> (Option<Interval>, f64) = |of| (of.added, of.theory[1]);
-        let before: fn(&Parts) -> (Option<Interval>, f64) = |of| (of.before, of.theory[0]);
+        let aside = |of: &Parts| (of.depth == depth).then_some(of.offset);
+        let below = |of: &Parts| (of.offset == 0.0).then_some(of.depth);
+        let across = "horizontal distance from the punch's axis, m";
         let beside = "What the load adds at the control points' depth";
         let earlier = "What the bed bears there before the load";
         let under = "What the load adds under the punch";
         let plots = [
-            ("added-aside", beside, added, aside),
-            ("before-aside", earlier, before, aside),
-            ("added-below", under, added, below),
+            self.along(["added-aside", beside, across], 1, aside),
+            self.along(["before-aside", earlier, across], 0, aside),
+            self.along(["added-below", under, "depth, m"], 1, below),
         ];
-        let plots = plots.map(|(name, caption, part, place)| {
-            let x = match name {
-                "added-below" => "depth, m",
-                _ => "horizontal distance from the punch's axis, m",
-            };
-            self.along(name, caption, x, part, place)
-        });
         section.with_all(plots).with(table)
     }
 
+    /// What the bed bears before the load (0) or what the load adds (1), at the places that are given.
     fn along(
         &self,
-        name: &str,
-        caption: &str,
-        x: &str,
-        part: fn(&Parts) -> (Option<Interval>, f64),
-        place: &dyn Fn(&Parts) -> Option<f64>,
+        [name, caption, x]: [&str; 3],
+        part: usize,
+        place: impl Fn(&Parts) -> Option<f64>,
     ) -> Plot {
         let y = Axis::linear("local mean of σ_zz, kPa");
         let mut plot = Plot::new(name, caption, Axis::linear(x), y);
         let drawn = self.drawn();
         let sorted = |of: &Found| {
-            let all = of
-                .parts
-                .iter()
-                .filter_map(|of| Some((place(of)?, part(of))));
-            let mut all: Vec<(f64, (Option<Interval>, f64))> = all.collect();
+            let all = of.parts.iter();
+            let all = all.filter_map(|of| Some((place(of)?, [of.before, of.added], of.theory)));
+            let mut all: Vec<(f64, [Option<Interval>; 2], [f64; 2])> = all.collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
-            all
+            all.into_iter()
         };
         if let Some(first) = drawn.first() {
-            let theory = sorted(first)
-                .into_iter()
-                .map(|(at, (_, theory))| [at, 1.0e-3 * theory]);
+            let theory = sorted(first).map(|(at, _, theory)| [at, 1.0e-3 * theory[part]]);
             plot = plot.line("theory", Colour::Grey, theory);
         }
         for (of, colour) in drawn.into_iter().zip(Colour::OF_LINES) {
-            let points = sorted(of).into_iter().filter_map(|(at, (found, _))| {
-                let found = kilo(found?);
+            let points = sorted(of).filter_map(|(at, found, _)| {
+                let found = kilo(found[part]?);
                 Some(Point::at(at, found.estimate).between(found.low, found.high))
             });
             plot = plot.points(of.name(), colour, points);
@@ -375,7 +352,7 @@ impl Candidates {
             Finding::Undecided => "undecided",
         };
         let speed = |id: &str| {
-            let found = self.settings.iter().find(|of| of.setting.id == id);
+            let found = self.setting(id);
             found.map_or(0.0, |of| of.setting.specification.scene.loading.speed)
         };
         let step = |of: &Halving| {
@@ -407,26 +384,21 @@ impl Candidates {
                 .iter()
                 .filter(|of| of.setting.at.len() == AXES.len())
         };
-        let mut names = vec!["choice".to_owned()];
-        names.extend(found().map(|of| of.name().to_owned()));
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let title = "Choices of the search's settings, the least implausible first";
-        let mut table = Table::new("choices", title, &names);
-        for (index, axis) in AXES.iter().enumerate() {
-            let first = Cell::Text(axis.name.to_owned());
-            let words = found().map(|of| Cell::Text(axis.scale.words(of.setting.at[index])));
-            table.row(std::iter::once(first).chain(words));
-        }
+        let axes = Table::of("choices", title, AXES.iter().enumerate());
+        let axes = axes.column("choice", |(_, axis)| axis.name);
+        let table = found().fold(axes, |table, of| {
+            table.column(of.name(), |(index, axis)| {
+                axis.scale.words(of.setting.at[index])
+            })
+        });
         let section = Section::new(
             "Settings",
             "\"As printed\" is the default, with the paper's numbers. A bed is at rest at 10⁻⁶ of its largest kinetic energy. Friction \
              in loading is an angle of 0.3 rad between grains, after pouring without. Slower punches without friction go on for \
              very long and are left out. Table 2 prints no friction: a setting with friction in either stage contradicts it.",
         );
-        Some(match found().next() {
-            Some(_) => section.with(table),
-            None => section,
-        })
+        Some(section.with_all(found().next().map(|_| table)))
     }
 
     fn every_number(&self) -> Section {
@@ -434,7 +406,7 @@ impl Candidates {
         let rows = rows.flat_map(|of| of.figures.iter().map(move |figure| (of, figure)));
         let table = Table::of("numbers", "Every figure of every setting", rows)
             .column("setting", |(of, _)| of.name())
-            .column("figure", |(_, of)| figure(of).map(|of| of.title))
+            .column("figure", |(_, of)| figure(of).map(|of| &of.title))
             .column("published", |(_, of)| figure(of).map(|of| of.value))
             .column("ours (95 %)", |(_, of)| of.value)
             .column("unit", |(_, of)| figure(of).map(|of| of.unit))
@@ -471,7 +443,7 @@ impl Found {
     fn missed(&self) -> Vec<&'static str> {
         let all = self.figures.iter();
         let all = all.filter(|of| of.verdict == Verdict::DoesNot);
-        let all = all.filter_map(|of| Some(figure(of)?.title));
+        let all = all.filter_map(|of| Some(&figure(of)?.title[..]));
         let force = (!self.bears()).then_some("the force");
         force.into_iter().chain(all).collect()
     }
@@ -482,10 +454,8 @@ impl Found {
     }
 
     fn count(&self, verdict: Verdict) -> usize {
-        self.figures
-            .iter()
-            .filter(|of| of.verdict == verdict)
-            .count()
+        let of = self.figures.iter();
+        of.filter(|of| of.verdict == verdict).count()
     }
 
     /// That every figure is decided: which way is a finding.

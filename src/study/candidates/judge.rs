@@ -129,6 +129,8 @@ impl Found {
         let judged = PUBLISHED.iter();
         let judged = judged.map(|figure| judge(figure, rows, base, levels[0]));
         let of = |key: &str| mean_interval(&values(rows, key), LEVEL);
+        let layers = LAYERS.into_iter();
+        let layers = layers.filter_map(|depth| layer(rows, depth, levels[1]));
         Found {
             setting: setting.clone(),
             endings: Endings::of(rows.iter().copied()),
@@ -136,10 +138,7 @@ impl Found {
             parts: parts(setting, rows),
             punch_depth: of("loaded.punch.depth"),
             by_floor: of("settled.support.by_floor"),
-            layers: LAYERS
-                .into_iter()
-                .filter_map(|depth| layer(rows, depth, levels[1]))
-                .collect(),
+            layers: layers.collect(),
         }
     }
 
@@ -177,20 +176,15 @@ fn layer(rows: &[&Member], depth: f64, level: f64) -> Option<Layer> {
     if densities.is_empty() || 2 * densities.len() < rows.len() {
         return None;
     }
-    let of = |law: usize| densities.iter().map(|of| of[law]).collect::<Vec<f64>>();
-    let total = |law: &usize| of(*law).iter().sum::<f64>();
-    let best = (0..Family::OF_STRESSES.len()).max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    let all = 0..Family::OF_STRESSES.len();
+    let total = |law: &usize| densities.iter().map(|of| of[*law]).sum::<f64>();
+    let best = all.clone().max_by(|a, b| total(a).total_cmp(&total(b)))?;
     let behind = |law: usize| {
-        let ahead = of(best)
-            .into_iter()
-            .zip(of(law))
-            .map(|(best, own)| best - own);
+        let ahead = densities.iter().map(|of| of[best] - of[law]);
         let ahead = mean_interval(&ahead.collect::<Vec<f64>>(), level)?;
         Some((Family::OF_STRESSES[law], ahead))
     };
-    let mut laws: Vec<(Family, Interval)> = (0..Family::OF_STRESSES.len())
-        .map(behind)
-        .collect::<Option<_>>()?;
+    let mut laws: Vec<(Family, Interval)> = all.map(behind).collect::<Option<_>>()?;
     laws.sort_by(|a, b| a.1.estimate.total_cmp(&b.1.estimate));
     Some(Layer {
         depth,
@@ -248,9 +242,7 @@ fn halvings(plan: &Plan, members: &Members) -> Vec<Halving> {
         let reached = proportion::difference(fast, slow, 1.0 - 2.0 * t_test::LEVEL);
         findings.push(reached.map(|of| t_test::finding(&of, NOTHING)));
         let findings = findings.into_iter();
-        let findings: Vec<Finding> = findings
-            .map(|of| of.unwrap_or(Finding::Undecided))
-            .collect();
+        let findings = findings.map(|of| of.unwrap_or(Finding::Undecided));
         Some(Halving {
             name: name.clone(),
             from: from.id.clone(),
@@ -258,7 +250,7 @@ fn halvings(plan: &Plan, members: &Members) -> Vec<Halving> {
             more,
             reached: [fast.0, slow.0],
             all: slow.1,
-            finding: t_test::together(&findings),
+            finding: t_test::together(&findings.collect::<Vec<_>>()),
         })
     };
     let ladders = plan.ladders.iter();
@@ -307,10 +299,8 @@ pub struct Judged {
 
 /// Judges a setting's members by intervals of this level; `base` are those of the base scene.
 fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> Judged {
-    let values: Vec<f64> = rows
-        .iter()
-        .filter_map(|row| row.published(figure))
-        .collect();
+    let values = rows.iter().filter_map(|row| row.published(figure));
+    let values: Vec<f64> = values.collect();
     // Shapes are those of grains that bear load.
     let parted = (figure.of != Of::Mean).then(|| Parted::of(&values));
     let zeros = parted.as_ref().and_then(|of| of.share_of_zeros(LEVEL));
@@ -376,77 +366,61 @@ mod tests {
     use crate::paper::published::published;
     use crate::study::realization::Ending;
 
-    fn row(realization: u64, ending: Ending, measured: &[(&str, f64)]) -> Member {
-        Member {
+    /// A packing each that has this of the quantity; none got no force.
+    fn rows(key: &str, values: impl Iterator<Item = Option<f64>>) -> Vec<Member> {
+        let row = |(realization, value): (usize, Option<f64>)| Member {
             specification: "abc".to_owned(),
-            realization,
-            ending,
+            realization: realization as u64,
+            ending: match value {
+                Some(_) => Ending::Reached,
+                None => Ending::TargetLoadNotReached,
+            },
             pour_steps: 1,
             load_steps: 1,
             cost: None,
             loaded_state: None,
-            measured: measured
-                .iter()
-                .map(|(key, value)| ((*key).to_owned(), *value))
+            measured: value
+                .map(|value| (key.to_owned(), value))
+                .into_iter()
                 .collect(),
-        }
+        };
+        values.enumerate().map(row).collect()
     }
 
     /// Twelve beds around this height.
     fn heights(middle: f64, spread: f64) -> Vec<Member> {
-        (0..12)
-            .map(|index| {
-                let off = spread * (f64::from(index) - 5.5);
-                let height = middle + off;
-                row(
-                    1 + u64::from(index as u32),
-                    Ending::Reached,
-                    &[("settled.height.mean_surface", height)],
-                )
-            })
-            .collect()
+        let heights = (0..12).map(|index| Some(middle + spread * (f64::from(index) - 5.5)));
+        rows("settled.height.mean_surface", heights)
     }
 
-    fn judged(id: &str, rows: &[Member]) -> Judged {
-        let rows: Vec<&Member> = rows.iter().collect();
-        judge(
-            published(id).expect("a published figure"),
-            &rows,
-            &[],
-            LEVEL,
-        )
+    fn judged(id: &str, rows: &[Member], base: &[Member]) -> Judged {
+        let [rows, base] = [rows, base].map(|of| of.iter().collect::<Vec<&Member>>());
+        let figure = published(id).expect("a published figure");
+        judge(figure, &rows, &base, LEVEL)
     }
 
     #[test]
     fn a_verdict_goes_each_way() {
-        let of = |middle, spread| judged("height", &heights(middle, spread)).verdict;
+        let of = |middle, spread| judged("height", &heights(middle, spread), &[]).verdict;
         assert_eq!(of(0.46, 0.001), Verdict::ComesOut);
         assert_eq!(of(0.48, 0.001), Verdict::DoesNot);
         assert_eq!(of(0.469, 0.003), Verdict::Undecided);
         // Far off or not, where the spread is wide nothing is decided.
         assert_eq!(of(0.48, 0.02), Verdict::Undecided);
         let few = heights(0.46, 0.001);
-        assert_eq!(judged("height", &few[..2]).verdict, Verdict::Skipped);
-        assert_eq!(judged("stress.O", &few).verdict, Verdict::Skipped);
+        assert_eq!(judged("height", &few[..2], &[]).verdict, Verdict::Skipped);
+        assert_eq!(judged("stress.O", &few, &[]).verdict, Verdict::Skipped);
     }
 
     #[test]
     fn stresses_of_the_firmer_beds_alone_are_flagged() {
-        let stresses = |sunk: usize| -> Vec<Member> {
-            (0..20)
-                .map(|index| {
-                    if index < sunk {
-                        row(index as u64, Ending::TargetLoadNotReached, &[])
-                    } else {
-                        let value = 13.6e3 + 10.0 * index as f64;
-                        let key = "loaded.stress.O.local_zz";
-                        row(index as u64, Ending::Reached, &[(key, value)])
-                    }
-                })
-                .collect()
+        let stresses = |sunk: u32| {
+            let value = |index| 13.6e3 + 10.0 * f64::from(index);
+            let values = (0..20).map(|index| (index >= sunk).then(|| value(index)));
+            rows("loaded.stress.O.local_zz", values)
         };
-        assert!(!judged("stress.O", &stresses(2)).conditional);
-        let found = judged("stress.O", &stresses(3));
+        assert!(!judged("stress.O", &stresses(2), &[]).conditional);
+        let found = judged("stress.O", &stresses(3), &[]);
         assert!(found.conditional);
         assert_eq!(found.packings, 17);
         assert_eq!(found.verdict, Verdict::ComesOut);
@@ -454,24 +428,17 @@ mod tests {
 
     #[test]
     fn shapes_of_exponential_and_of_equal_stresses() {
-        let of = |stress: &dyn Fn(f64) -> f64, count: u32| -> Vec<Member> {
-            (0..count)
-                .map(|index| {
-                    let share = (f64::from(index) + 0.5) / f64::from(count);
-                    let key = "loaded.stress.O.grain_zz";
-                    row(u64::from(index), Ending::Reached, &[(key, stress(share))])
-                })
-                .collect()
+        let of = |id: &str, stress: fn(f64) -> f64, count: u32| {
+            let shares = (0..count).map(|index| (f64::from(index) + 0.5) / f64::from(count));
+            let stresses = shares.map(|share| Some(stress(share)));
+            judged(id, &rows("loaded.stress.O.grain_zz", stresses), &[]).verdict
         };
-        let exponential = of(&|share: f64| -(1.0 - share).ln(), 2000);
-        assert_eq!(
-            judged("variation.O", &exponential).verdict,
-            Verdict::ComesOut
-        );
-        let narrow = of(&|share: f64| 1.0 + share, 40);
-        assert_eq!(judged("variation.O", &narrow).verdict, Verdict::DoesNot);
-        assert_eq!(judged("beyond.O", &narrow).verdict, Verdict::DoesNot);
-        assert_eq!(judged("beyond.O", &narrow[..7]).verdict, Verdict::Skipped);
+        let exponential = |share: f64| -(1.0 - share).ln();
+        let narrow = |share: f64| 1.0 + share;
+        assert_eq!(of("variation.O", exponential, 2000), Verdict::ComesOut);
+        assert_eq!(of("variation.O", narrow, 40), Verdict::DoesNot);
+        assert_eq!(of("beyond.O", narrow, 40), Verdict::DoesNot);
+        assert_eq!(of("beyond.O", narrow, 7), Verdict::Skipped);
     }
 
     #[test]
@@ -481,14 +448,10 @@ mod tests {
         for row in &mut moved {
             row.specification = "other".to_owned();
         }
-        let figure = published("height").expect("a published figure");
-        let (moved, base): (Vec<&Member>, Vec<&Member>) =
-            (moved.iter().collect(), base.iter().collect());
-        let found = judge(figure, &moved, &base, LEVEL)
-            .change
-            .expect("twelve pairs");
+        let found = judged("height", &moved, &base).change;
+        let found = found.expect("twelve pairs");
         assert!((found.estimate - 0.01).abs() < 1.0e-12);
         assert!(found.high - found.low < 1.0e-9);
-        assert!(judge(figure, &base, &base, LEVEL).change.is_none());
+        assert!(judged("height", &base, &base).change.is_none());
     }
 }
