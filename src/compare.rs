@@ -88,19 +88,19 @@ impl Comparison {
         Outcome::from(self.verdict()) == Outcome::Pass
     }
 
-    fn check(&mut self, id: &str, quantity: &str, outcome: Outcome, found: impl Into<String>) {
-        let check = Check::of_words(id, quantity, outcome, &found.into());
-        self.checks.push(check);
+    fn check(&mut self, id: &str, quantity: &str, outcome: Outcome, found: &str) {
+        self.checks
+            .push(Check::of_words(id, quantity, outcome, found));
     }
 
     /// A check that is required and was not made.
-    fn missing(&mut self, id: &str, quantity: &str, why: impl Into<String>) {
-        let check = Check::of_words(id, quantity, Outcome::Skipped, &why.into());
+    fn missing(&mut self, id: &str, quantity: &str, why: &str) {
+        let check = Check::of_words(id, quantity, Outcome::Skipped, why);
         self.checks.push(check.required());
     }
 
     /// A check that its id names.
-    fn holds(&mut self, id: &str, holds: bool, found: String) {
+    fn holds(&mut self, id: &str, holds: bool, found: &str) {
         let quantity = id.replace('-', " ");
         self.check(id, &quantity, Outcome::pass_if(holds), found);
     }
@@ -208,12 +208,11 @@ impl QuantityPair {
         };
         let (a, b) = (self.a.unwrap_or(f64::NAN), self.b.unwrap_or(f64::NAN));
         let id = format!("{id}/quantity/{}", self.key);
-        let check = Check::of_words(id, &self.key, self.verdict, found);
-        let check = check.with_limits(a, b, bits_expected.then_some(0.0));
         let check = Check {
             unit: self.unit.clone(),
-            ..check
+            ..Check::of_words(id, &self.key, self.verdict, found)
         };
+        let check = check.with_limits(a, b, bits_expected.then_some(0.0));
         match bits_expected {
             true => check.judged_by("the same number in both runs", SAME_OPERATIONS),
             false => check,
@@ -247,7 +246,7 @@ pub fn compare_as(
         if !stated.is_empty() {
             let id = format!("approximations-{}", name.to_lowercase());
             let name = format!("approximations that {name} states");
-            comparison.check(&id, &name, Outcome::Skipped, stated.join("; "));
+            comparison.check(&id, &name, Outcome::Skipped, &stated.join("; "));
         }
     }
     if a.scene.particles.count != b.scene.particles.count {
@@ -272,12 +271,12 @@ fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
         true => format!("digest {}", &a.record.scene_digest[..16]),
         false => format!("the scenes differ in {}", differing.join(", ")),
     };
-    comparison.holds("same-scene", differing.is_empty(), found);
+    comparison.holds("same-scene", differing.is_empty(), &found);
     let (of_a, of_b) = (&a.record.initial_digest, &b.record.initial_digest);
     let found = format!("initial states {of_a} and {of_b}");
-    comparison.holds("same-start", of_a == of_b, found);
+    comparison.holds("same-start", of_a == of_b, &found);
     let (of_a, of_b) = (a.record.protocol, b.record.protocol);
-    comparison.holds(PROTOCOL, of_a == of_b, format!("{of_a} and {of_b}"));
+    comparison.holds(PROTOCOL, of_a == of_b, &format!("{of_a} and {of_b}"));
 }
 
 fn expect_bits(
@@ -289,7 +288,7 @@ fn expect_bits(
     let (of_a, of_b) = (a.stages_in_words(), b.stages_in_words());
     let same = of_a == of_b;
     let against = format!("{of_a} against {of_b}");
-    comparison.holds("same-stages", same, if same { of_a } else { against });
+    comparison.holds("same-stages", same, if same { &of_a } else { &against });
     for table in comparison.tables.clone() {
         let id = format!("bits-of-{}", table.table.replace(' ', "-"));
         let quantity = format!("bits of {}", table.table);
@@ -304,8 +303,7 @@ fn expect_bits(
         ));
     }
     let history = bits::history(a, b);
-    let found = history.to_string();
-    comparison.holds("bits-along-the-way", history.agrees(), found);
+    comparison.holds("bits-along-the-way", history.agrees(), &history.to_string());
     let mut checks = comparison.checks.iter();
     if checks.all(|check| check.outcome != Outcome::Fail) {
         return;
@@ -315,7 +313,7 @@ fn expect_bits(
         Ok(found) => comparison.first_difference = found,
         Err(reason) => {
             let id = "first-difference";
-            comparison.check(id, "first difference", Outcome::Skipped, reason);
+            comparison.check(id, "first difference", Outcome::Skipped, &reason);
         }
     }
 }
@@ -349,7 +347,7 @@ fn expect_rounding(
             }
             Err(why) => {
                 let what = format!("the first steps of {name}'s engine");
-                comparison.missing(&id, &what, why);
+                comparison.missing(&id, &what, &why);
             }
         }
     }

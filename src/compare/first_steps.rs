@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::path::Path;
 
 use crate::checks::{Check, Outcome};
-use crate::document::{Cell, Section, Table};
+use crate::document::{Section, Table};
 use crate::engine::exec::{self, Description, Part, missing_for_case};
 use crate::engine::{EngineError, ProgramError, yade};
 use crate::files::work_folder;
@@ -252,9 +252,8 @@ pub fn state_table(of: &Judgement) -> Table {
         .column("times as far as replicas", |of| {
             of.farthest.as_ref().map(|of| of.ratio)
         })
-        .column("left them after, steps", |of| match &of.farthest {
-            Some(of) => of.left_after.map_or(Cell::Missing, Cell::Count),
-            None => Cell::Missing,
+        .column("left them after, steps", |of| {
+            of.farthest.as_ref()?.left_after
         })
         .into()
 }

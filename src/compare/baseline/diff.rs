@@ -424,7 +424,6 @@ fn scatter(old: &Speed, new: &Speed) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checks::Speed;
 
     fn check(id: &str, value: f64, outcome: Outcome) -> Check {
         Check::of_words(id.to_owned(), id, outcome, "")
@@ -459,6 +458,13 @@ mod tests {
         }
     }
 
+    /// Checks a, b and so on.
+    fn of_checks<const N: usize>(values: [f64; N], outcomes: [Outcome; N]) -> Record {
+        let checks = ["a", "b", "c", "d"].into_iter().zip(values).zip(outcomes);
+        let checks = checks.map(|((id, value), outcome)| check(id, value, outcome));
+        record(checks.collect(), Vec::new())
+    }
+
     fn between(before: Record, after: &Record) -> Diff {
         let baseline = Baseline {
             baseline: 1,
@@ -487,6 +493,7 @@ mod tests {
             change(&mut check);
             Some(check)
         };
+        let known = a(1.0, ExpectedFailure);
         let looser = other(|check| check.upper = Some(1.6));
         let unit = other(|check| check.unit = "m".to_owned());
         let method = other(|check| check.method = "by hearsay".to_owned());
@@ -508,12 +515,7 @@ mod tests {
             (a(1.0, Pass), looser, Some(DefinitionChanged), Open),
             (a(1.0, Pass), unit, Some(DefinitionChanged), Open),
             (a(1.0, Pass), method, Some(DefinitionChanged), Open),
-            (
-                a(1.0, ExpectedFailure),
-                a(1.0, Pass),
-                Some(DefinitionChanged),
-                Open,
-            ),
+            (known, a(1.0, Pass), Some(DefinitionChanged), Open),
         ] {
             let found = of_one(before.clone(), after.clone());
             assert_eq!(found, (change, verdict), "{before:?} {after:?}");
@@ -522,16 +524,9 @@ mod tests {
 
     #[test]
     fn a_move_is_measured_in_its_tolerance_and_the_worst_comes_first() {
-        let of = |values: [f64; 3], outcome| {
-            let checks = ["a", "b", "c"].into_iter().zip(values);
-            checks
-                .map(|(id, value)| check(id, value, outcome))
-                .collect()
-        };
-        let before = record(of([1.0; 3], Outcome::Pass), Vec::new());
-        let mut after = record(of([1.1, 1.0, 0.6], Outcome::Pass), Vec::new());
-        after.checks[1].outcome = Outcome::Fail;
-        let diff = between(before, &after);
+        use Outcome::{Fail, Pass};
+        let before = of_checks([1.0; 3], [Pass; 3]);
+        let diff = between(before, &of_checks([1.1, 1.0, 0.6], [Pass, Fail, Pass]));
         let ids: Vec<&str> = diff.changes.iter().map(|of| of.id.as_str()).collect();
         assert_eq!(ids, ["b", "c", "a"]);
         let share = diff.changes[1].share_of_tolerance.expect("limits");
@@ -541,56 +536,40 @@ mod tests {
     #[test]
     fn every_check_is_counted_once() {
         use Outcome::{Fail, Pass};
-        let of = |values: [f64; 4], outcomes: [Outcome; 4]| {
-            let checks = ["a", "b", "c", "d"].into_iter().zip(values).zip(outcomes);
-            let checks = checks.map(|((id, value), outcome)| check(id, value, outcome));
-            record(checks.collect(), Vec::new())
-        };
         let outcomes = [Fail, Fail, Pass, Pass];
-        let before = of([1.6, 1.6, 1.0, 1.0], outcomes);
-        let diff = between(before.clone(), &of([1.6, 1.7, 1.1, 1.0], outcomes));
+        let before = of_checks([1.6, 1.6, 1.0, 1.0], outcomes);
+        let after = of_checks([1.6, 1.7, 1.1, 1.0], outcomes);
+        let diff = between(before.clone(), &after);
         assert_eq!(diff.in_a_line(), "1 moved, 2 still failing, 1 as they were");
         let mut after = before.clone();
         after.checks[0].method = "by hearsay".to_owned();
-        assert_eq!(
-            between(before, &after).in_a_line(),
-            "1 definition changed, 1 still failing, 2 as they were"
-        );
+        let words = "1 definition changed, 1 still failing, 2 as they were";
+        assert_eq!(between(before, &after).in_a_line(), words);
     }
 
     #[test]
     fn measured_numbers_that_moved_are_told_by_their_own_size() {
-        let run = |numbers: &[(&str, f64)]| Record {
-            measured: numbers
-                .iter()
+        let run = |ids: &[&str], values: &[f64]| {
+            let mut run = record(Vec::new(), Vec::new());
+            run.measured = (ids.iter().zip(values))
                 .map(|(id, value)| Measured {
                     id: (*id).to_owned(),
                     unit: "m".to_owned(),
                     value: *value,
                 })
-                .collect(),
-            ..record(Vec::new(), Vec::new())
+                .collect();
+            run
         };
-        let before = run(&[("a", 1.0), ("b", 1.0), ("c", 100.0), ("gone", 1.0)]);
-        let after = run(&[
-            ("a", 1.0),
-            ("b", 1.0 + f64::EPSILON),
-            ("c", 101.0),
-            ("new", 1.0),
-        ]);
+        let before = run(&["a", "b", "c", "gone"], &[1.0, 1.0, 100.0, 1.0]);
+        let moved = [1.0, 1.0 + f64::EPSILON, 101.0, 1.0];
+        let after = run(&["a", "b", "c", "new"], &moved);
         let diff = between(before.clone(), &after);
         let moved: Vec<&str> = diff.moved.iter().map(|of| of.id.as_str()).collect();
         assert_eq!(moved, ["gone", "new", "c", "b"]);
         assert_eq!(diff.unmoved, 1);
         assert!(diff.in_a_line().contains("4 of 5 measured numbers moved"));
-        let many: Vec<String> = (0..13).map(|at| at.to_string()).collect();
-        let numbers = |value| {
-            run(&many
-                .iter()
-                .map(|id| (id.as_str(), value))
-                .collect::<Vec<_>>())
-        };
-        let diff = between(numbers(1.0), &numbers(2.0));
+        let many = "a b c d e f g h i j k l m".split(' ').collect::<Vec<_>>();
+        let diff = between(run(&many, &[1.0; 13]), &run(&many, &[2.0; 13]));
         let says = |all| format!("{:?}", diff.section(all)).contains("these 12 moved most");
         assert!(says(false) && !says(true));
         // Numbers alone are findings; whether they may move is for the caller to say.
@@ -599,7 +578,7 @@ mod tests {
         let same = between(before.clone(), &before).demanding_bits();
         assert_eq!(same.verdict, Outcome::Pass);
         // A record without measured numbers has its bits in the values of its checks.
-        let of = |value| record(vec![check("a", value, Outcome::Pass)], Vec::new());
+        let of = |value| of_checks([value], [Outcome::Pass]);
         let moved = between(of(1.0), &of(1.0 + f64::EPSILON));
         assert_eq!(moved.verdict, Outcome::Pass);
         assert_eq!(moved.demanding_bits().verdict, Outcome::Fail);

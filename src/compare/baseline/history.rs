@@ -403,7 +403,6 @@ impl Bisection<'_> {
     fn state(&self, checkout: &Path) -> Result<Result<State, String>, BisectError> {
         // A record of another commit must not be read, nor a job of another commit be taken up.
         git(checkout, &["clean", "-ffdxq"])?;
-        let commit = || git(checkout, &["rev-parse", "HEAD"]);
         let (program, arguments) = self.command.split_first().unzip();
         let mut command = Command::new(program.map_or("", String::as_str));
         command
@@ -411,23 +410,22 @@ impl Bisection<'_> {
             .current_dir(checkout);
         // The result alone goes to the output.
         command.stdout(std::io::stderr());
-        let not_started = |error: std::io::Error, commit| BisectError::NotStarted {
-            command: self.command.join(" "),
-            commit,
-            reason: error.to_string(),
+        let not_started = |error: std::io::Error| match git(checkout, &["rev-parse", "HEAD"]) {
+            Ok(commit) => BisectError::NotStarted {
+                command: self.command.join(" "),
+                commit,
+                reason: error.to_string(),
+            },
+            Err(of_git) => of_git,
         };
-        let mut child = match Group::spawn(&mut command) {
-            Ok(child) => child,
-            Err(error) => return Err(not_started(error, commit()?)),
-        };
+        let mut child = Group::spawn(&mut command).map_err(not_started)?;
         let status = loop {
             if asked_to_end() {
                 return Err(BisectError::Interrupted);
             }
-            match child.status() {
-                Ok(Some(status)) => break status,
-                Ok(None) => std::thread::sleep(std::time::Duration::from_millis(20)),
-                Err(error) => return Err(not_started(error, commit()?)),
+            match child.status().map_err(not_started)? {
+                Some(status) => break status,
+                None => std::thread::sleep(std::time::Duration::from_millis(20)),
             }
         };
         let of = match read(&checkout.join(self.record)) {
@@ -533,13 +531,9 @@ mod tests {
 
     #[test]
     fn a_step_of_a_fifth_is_found_and_scatter_is_not_one() {
-        let right = |of: &u64| {
-            let steps = steps(*of, 1.2);
-            steps
-                .iter()
-                .any(|of| of.at == RECORDS / 2 && of.pace == Pace::Slower)
-        };
-        let found = (0..200).filter(right).count();
+        let is_it = |of: &Step| of.at == RECORDS / 2 && of.pace == Pace::Slower;
+        let found = (0..200).filter(|of| steps(*of, 1.2).iter().any(is_it));
+        let found = found.count();
         let alarms: usize = (0..200).map(|of| steps(of, 1.0).len()).sum();
         assert!(found >= 180, "{found} of 200");
         // In 39 records each.
@@ -548,18 +542,11 @@ mod tests {
 
     #[test]
     fn a_slow_drift_is_one_step_after_the_other() {
-        let speeds: Vec<Speed> = rounds(1, 1.0)
-            .into_iter()
-            .enumerate()
-            .map(|(at, of)| {
-                let drift = 1.02f64.powi(at as i32);
-                Speed {
-                    value: drift,
-                    range: Some([0.99 * drift, 1.01 * drift]),
-                    ..of
-                }
-            })
-            .collect();
+        let mut speeds = rounds(1, 1.0);
+        for (at, of) in speeds.iter_mut().enumerate() {
+            of.value = 1.02f64.powi(at as i32);
+            of.range = Some([0.99, 1.01].map(|share| share * of.value));
+        }
         let steps = levels(&speeds.iter().enumerate().collect::<Vec<_>>());
         assert!(steps.len() >= 8, "{steps:?}");
         assert!(steps.iter().all(|of| of.pace == Pace::Slower));
