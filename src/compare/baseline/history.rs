@@ -328,12 +328,10 @@ pub fn bisect(
     };
     let [good, bad] = &[commit(good)?, commit(bad)?];
     let checkout = Checkout::new(of.repository, bad)?;
+    let git_there = |words: &[&str]| git(&checkout.folder, words);
     let mut tried = Vec::new();
     let at_end = |commit: &str, which| {
-        git(
-            &checkout.folder,
-            &["checkout", "--quiet", "--detach", commit],
-        )?;
+        git_there(&["checkout", "--quiet", "--detach", commit])?;
         let state = of.state(&checkout.folder)?;
         state.map_err(|reason| BisectError::End {
             commit: commit.to_owned(),
@@ -350,18 +348,18 @@ pub fn bisect(
             bad: bad.clone(),
         });
     }
-    let mut said = git(&checkout.folder, &["bisect", "start", bad, good])?;
+    let mut said = git_there(&["bisect", "start", bad, good])?;
     let commits = loop {
         if let Some(commits) = end(&said) {
             break commits;
         }
-        let commit = git(&checkout.folder, &["rev-parse", "HEAD"])?;
+        let commit = git_there(&["rev-parse", "HEAD"])?;
         let (as_before, found) = match of.state(&checkout.folder)? {
             Ok(state) => (state.is_as(&before, Some(&after)), state.words()),
             Err(reason) => (None, reason),
         };
         let here = Tried {
-            subject: git(&checkout.folder, &["log", "-1", "--format=%s"])?,
+            subject: git_there(&["log", "-1", "--format=%s"])?,
             commit,
             as_before,
             found,
@@ -373,7 +371,7 @@ pub fn bisect(
             Some(false) => "bad",
             None => "skip",
         };
-        git(&checkout.folder, &["reset", "--quiet", "--hard"])?;
+        git_there(&["reset", "--quiet", "--hard"])?;
         // Git's skip ends with 2 where nothing else is left.
         said = git_ended(&checkout.folder, &["bisect", word], &[0, 2])?;
     };

@@ -215,12 +215,10 @@ pub fn independence(members: &[Member]) -> Claim {
             rows.push(Row::shown(what, number).against(0.0));
         }
     }
+    let found = found.join(", ");
     Claim::of("independence", "section 5, which sums independent cells", "correlations")
         .says("The stresses of neighbouring cells are independent.")
-        .found(format!(
-            "Correlations of the two nearest cells' Σ_zz over packings: {}.",
-            found.join(", ")
-        ))
+        .found(format!("Correlations of the two nearest cells' Σ_zz over packings: {found}."))
         .decided_by(format!(
             "Pearson's correlation over packings of the two cells nearest to each point within ± {TOLERANCE}; eight cells with \
              more would vary by a third more, or fewer, than independent ones."

@@ -251,13 +251,11 @@ impl Claims {
             how,
             self.means(),
             self.plane(),
-        ];
-        sections.push(
             Section::new(EARLIER, HOW_EARLIER)
                 .with(table("earlier", &self.earlier, &[]))
                 .with(readings("earlier-readings", &self.earlier)),
-        );
-        sections.push(laws::section(&self.figures.contests));
+            laws::section(&self.figures.contests),
+        ];
         sections.extend(self.distributions());
         sections.extend(self.volumes());
         sections.extend([

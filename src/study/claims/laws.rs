@@ -154,10 +154,8 @@ impl Contest {
     /// The best law and those that are not told from it, for people.
     fn level(&self) -> String {
         let level = self.laws.iter().filter(|of| of.is_level());
-        level
-            .map(Contender::title)
-            .collect::<Vec<&str>>()
-            .join(", ")
+        let level: Vec<&str> = level.map(Contender::title).collect();
+        level.join(", ")
     }
 
     fn of(&self, family: Family) -> Option<&Contender> {
@@ -203,14 +201,9 @@ pub fn section(contests: &[Contest]) -> Section {
     if contests.is_empty() {
         return Section::new(TITLE, "Too few packings to tell laws apart.");
     }
-    let level = contests
-        .iter()
-        .filter(|of| of.laws.iter().any(|law| law.is_level()));
     let best = |family: Family| {
-        let own = level
-            .clone()
-            .filter(|of| of.of(family).is_some_and(Contender::is_level));
-        own.count()
+        let is_level = |of: &&Contest| of.of(family).is_some_and(Contender::is_level);
+        contests.iter().filter(is_level).count()
     };
     let counts = Family::OF_STRESSES.map(|of| format!("{} {}", of.title(), best(of)));
     let words = format!(
@@ -315,11 +308,9 @@ mod tests {
             shape: 0.5,
             scale: 3.0,
         };
+        let exponential = Distribution::Exponential { mean: 3.0 };
         for (law, told) in [
-            (
-                Distribution::Exponential { mean: 3.0 },
-                Family::GaussianTail,
-            ),
+            (exponential, Family::GaussianTail),
             (half_normal, Family::Exponential),
         ] {
             let members = packings(law, 400);

@@ -152,12 +152,10 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
         let percent = 100.0 * above as f64 / values.len() as f64;
         shares.push(format!("{point} {percent:.1} %"));
     }
+    let shares = shares.join(", ");
     Some(Claim::of("exponential.theory", "Eq. 7, section 5", "figure5")
         .says("Σ_zz ~ Exp(1/(V_c σ_zz)) with σ_zz of Table 4 gives interval estimates of the stress at a point.")
-        .found(format!(
-            "Above the value that the theory lets one in twenty exceed are: {}.",
-            shares.join(", ")
-        ))
+        .found(format!("Above the value that the theory lets one in twenty exceed are: {shares}."))
         .decided_by("Both parameters of the statement at every point: mean within a tenth of V_c σ_zz, and coefficient of \
                      variation of the grains that bear load within a tenth of 1. The p-values are for the exact statement, which no real packing meets.")
         .by(Rule::All, rows))
@@ -346,10 +344,8 @@ fn bias(members: &[Member]) -> Vec<Row> {
             low,
             high,
         };
-        let row = Row::shown(
-            format!("bias of {words}"),
-            Number::new(all.len(), |_| Some(bias)),
-        );
+        let number = Number::new(all.len(), |_| Some(bias));
+        let row = Row::shown(format!("bias of {words}"), number);
         let test = "kept members and those without the force have the same mean (Welch)";
         Some(row.with(test, of.estimate / compared.error, compared.p))
     };

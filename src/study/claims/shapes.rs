@@ -129,10 +129,10 @@ fn several(claim: Claim, members: &[Member], moment: Moment, what: &str) -> Clai
         found.push(format!("{point} {shape:.2}; {}", nothing(&of_point)));
         rows.extend(of_point);
     }
+    let found = found.join(" ");
     claim
         .found(format!(
-            "Gamma shapes of grains that bear load, instead of 1: {}",
-            found.join(" ")
+            "Gamma shapes of grains that bear load, instead of 1: {found}"
         ))
         .decided_by(format!("At every point: {DECIDED_BY}"))
         .by(Rule::All, rows)
@@ -174,10 +174,8 @@ pub fn positive_only(members: &[Member]) -> Claim {
         }
     }
     let rattlers = sample::measured(members, "settled.coordination.rattlers");
-    rows.push(Row::shown(
-        "share of all grains of a settled bed that rattle",
-        sample::mean(&rattlers),
-    ));
+    let what = "share of all grains of a settled bed that rattle";
+    rows.push(Row::shown(what, sample::mean(&rattlers)));
     let every_second = |from: usize| rows.iter().skip(from).step_by(2).take(6).map(Row::estimate);
     let most = |from: usize| every_second(from).fold(0.0, f64::max);
     Claim::of("positive", "section 3.3", "figure5")
@@ -304,13 +302,11 @@ pub fn of_earlier_paper(members: &[Member], others: &[Claim]) -> Vec<Claim> {
         .iter()
         .filter(|of| POINTS.iter().any(|point| of.id == format!("mean.{point}")));
     let means: Vec<&Claim> = means.collect();
+    let shapes = shapes.join("; ");
     vec![
         Claim::of("earlier.normal", SOURCE, "figure5")
             .says("In principal directions the normal components of a grain's extensive stress are exponential.")
-            .found(format!(
-                "Gamma shapes of grains that bear load, instead of 1: {}.",
-                shapes.join("; ")
-            ))
+            .found(format!("Gamma shapes of grains that bear load, instead of 1: {shapes}."))
             .decided_by(format!("In both directions at every point: {DECIDED_BY}"))
             .by(Rule::All, normal),
         Claim::of("earlier.shear", SOURCE, "shear")
