@@ -244,28 +244,18 @@ impl Distribution {
     }
 
     fn laws(&self) -> Vec<(&'static str, Colour, Law)> {
-        let exponential = |mean| Law::Exponential { mean };
         // Of the two families that are fitted.
         let (name, own) = match self.has_both_signs() {
             true => ("fitted Laplace", None),
             false => ("fitted gamma", Some(mean(&self.values))),
         };
+        let [theory, own] = [self.theory, own].map(|of| of.map(|mean| Law::Exponential { mean }));
         let laws = [
-            (
-                "theory's exponential",
-                Colour::Vermilion,
-                self.theory.map(exponential),
-            ),
-            (
-                "exponential of the same mean",
-                Colour::Grey,
-                own.map(exponential),
-            ),
-            (name, Colour::Green, self.fitted),
+            theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),
+            own.map(|law| ("exponential of the same mean", Colour::Grey, law)),
+            self.fitted.map(|law| (name, Colour::Green, law)),
         ];
-        let laws = laws.into_iter();
-        laws.filter_map(|(name, colour, law)| Some((name, colour, law?)))
-            .collect()
+        laws.into_iter().flatten().collect()
     }
 
     /// Histogram and, for laws of one sign, the share of larger values; empty where there is nothing to draw.
