@@ -164,7 +164,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     // Four contacts each, but the top row has three.
     assert_approx_eq!(coordination.mean, (4.0 * 570.0 + 3.0 * 30.0) / 600.0, 1e-12);
     assert_approx_eq!(coordination.rattler_share, 0.0);
-    assert!(measure::unbalanced_force(&scene, bed).expect("contacts") < 1e-12);
+    assert!(measure::unbalanced_force(scene.gravity, bed).expect("contacts") < 1e-12);
     let one = bed_of(&bodies, &contacts[..1]);
     let stored = measure::elastic_energy(&scene, one);
     assert_approx_eq!(stored, 0.5 * 20.0 * weight * 1e-6, 1e-12);
@@ -210,7 +210,7 @@ fn rattlers_and_what_is_unbalanced_show() {
     // One grain falls with its weight; all others are at rest.
     let weight = scene.grain_mass(0.005) * scene.gravity;
     let forces: f64 = contacts.iter().map(|c| c.normal_force).sum();
-    let unbalanced = measure::unbalanced_force(&scene, bed).expect("contacts");
+    let unbalanced = measure::unbalanced_force(scene.gravity, bed).expect("contacts");
     let wanted = weight / 21.0 / (forces / contacts.len() as f64);
     assert_approx_eq!(unbalanced, wanted, 1e-9);
 }

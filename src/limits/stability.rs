@@ -41,6 +41,8 @@ const QUICK_GRAINS: u32 = 500;
 const FULL_GRAINS: u32 = 5000;
 const NATIVE: Runner = Runner::Native;
 
+type Result<T, E = NativeError> = std::result::Result<T, E>;
+
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stability {
@@ -123,7 +125,7 @@ impl Stability {
     }
 
     /// The scene of this name; beds are made once.
-    fn scene(&self, name: &str) -> Result<MapScene, NativeError> {
+    fn scene(&self, name: &str) -> Result<MapScene> {
         scenes::of(name, self.grains, &mut lock(&self.beds))
     }
 }
@@ -231,7 +233,6 @@ impl Study for Stability {
     }
 }
 
-/// Limits with one damping number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -306,7 +307,7 @@ struct SceneTrials {
 
 impl SceneTrials {
     /// Predicts the limits of a scene.
-    fn new(scene: MapScene) -> Result<Self, NativeError> {
+    fn new(scene: MapScene) -> Result<Self> {
         let network = Network::of(&scene.case)?;
         let springs = network.limit(0.0);
         let limits = |alpha| Limits {
@@ -342,7 +343,7 @@ impl SceneTrials {
     }
 
     /// Finds the limits in the native engine; its version.
-    fn in_native(&mut self) -> Result<String, NativeError> {
+    fn in_native(&mut self) -> Result<String> {
         let [at_random, in_mode] = &self.disturbed;
         let row = &mut self.row;
         row.undamped.native = at_random.undamped()?;
@@ -481,12 +482,8 @@ impl Map {
         if let Some(closed) = &row.closed {
             let over = row.undamped.predicted / closed.dt;
             let quantity = format!("{}: predicted limit over the closed form's", row.title);
-            let check = judged(
-                format!("{id}/closed-form"),
-                &quantity,
-                over,
-                closed.tolerance,
-            );
+            let id = format!("{id}/closed-form");
+            let check = judged(id, &quantity, over, closed.tolerance);
             checks.push(check.judged_by(&closed.formula, "docs/stability.md: of the pre-stress"));
         }
         for (word, limits) in row.limits() {
@@ -507,17 +504,14 @@ impl Map {
         }
         if let Some(reason) = &row.skipped {
             let id = format!("{id}/external");
+            let mut check = Check::of_words(id, &row.title, Outcome::Skipped, reason);
             // An engine that has the parts for no scene has shown nothing.
-            let required = self.rows.iter().all(|row| row.skipped.is_some());
-            checks.push(Check {
-                required,
-                ..Check::of_words(id, &row.title, Outcome::Skipped, reason)
-            });
+            check.required = self.rows.iter().all(|row| row.skipped.is_some());
+            checks.push(check);
         }
         checks
     }
 
-    /// What all checks come to.
     pub fn verdict(&self) -> Outcome {
         verdict(&self.checks())
     }

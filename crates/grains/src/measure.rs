@@ -88,7 +88,7 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
         add("coordination.mean_without_rattlers", value, "1");
     }
     add("coordination.rattlers", coordination.rattler_share, "1");
-    if let Some(value) = unbalanced_force(scene, bed) {
+    if let Some(value) = unbalanced_force(scene.gravity, bed) {
         add("unbalanced_force", value, "1");
     }
     add("energy.kinetic", bed.bodies.kinetic_energy(), "J");
@@ -234,7 +234,7 @@ pub fn history_row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
         kinetic_energy: bed.bodies.kinetic_energy(),
         potential_energy: potential_energy(scene, bed.bodies),
         elastic_energy: elastic_energy(scene, bed),
-        unbalanced_force: unbalanced_force(scene, bed),
+        unbalanced_force: unbalanced_force(scene.gravity, bed),
         contacts: bed.contacts.len() as u64,
         punch_depth: snapshot.punch.map(|punch| punch.depth()),
         punch_force: snapshot.punch.map(|punch| punch.force),
@@ -279,7 +279,7 @@ pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
 }
 
 /// Unbalanced force: mean over grains of |ΣF + mg| over mean over contacts of |F|; none without contacts.
-pub fn unbalanced_force(scene: &Scene, bed: Bed<'_>) -> Option<f64> {
+pub fn unbalanced_force(gravity: f64, bed: Bed<'_>) -> Option<f64> {
     if bed.contacts.is_empty() || bed.bodies.is_empty() {
         return None;
     }
@@ -288,7 +288,7 @@ pub fn unbalanced_force(scene: &Scene, bed: Bed<'_>) -> Option<f64> {
         .bodies
         .mass
         .iter()
-        .map(|mass| [0.0, -mass * scene.gravity])
+        .map(|mass| [0.0, -mass * gravity])
         .collect();
     let mut magnitudes = 0.0;
     for contact in bed.contacts {

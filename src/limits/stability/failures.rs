@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::time_step;
+use super::{Result, time_step};
 use crate::checks::Outcome;
 use crate::engine::{ProgramError, yade};
 use crate::run::folder::stages_in_words;
@@ -23,7 +23,6 @@ const GRAINS: u32 = 60;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Failure {
-    /// A short name, in kebab-case.
     pub name: String,
     pub title: String,
     pub happened: String,
@@ -204,10 +203,9 @@ pub const MODES: [Mode; 10] = [
         },
         in_yade: false,
         judge: |run, scene| {
-            let happens = format!(
-                "it creeps on: unbalanced force {:.1e} of the mean contact force",
-                run.unbalanced(scene)
-            );
+            let left = run.unbalanced(scene);
+            let happens =
+                format!("it creeps on: unbalanced force {left:.1e} of the mean contact force");
             (run.stop() == Some(StopReason::MaxSteps), happens)
         },
         notices: "the scene's largest number of steps; exit code 3",
@@ -275,7 +273,7 @@ impl Run {
     /// Mean unbalanced force at the end over the mean contact force.
     fn unbalanced(&self, scene: &Scene) -> f64 {
         let bed = self.ended().map(|outcome| bed_of(&outcome.last));
-        bed.and_then(|bed| measure::unbalanced_force(scene, bed))
+        bed.and_then(|bed| measure::unbalanced_force(scene.gravity, bed))
             .unwrap_or(f64::NAN)
     }
 
@@ -309,7 +307,7 @@ impl Mode {
         scene
     }
 
-    pub fn in_native(&self) -> Result<Failure, NativeError> {
+    pub fn in_native(&self) -> Result<Failure> {
         let scene = self.scene();
         let run = run_scene(&scene)?;
         let (noticed, happened) = (self.judge)(&run, &scene);
@@ -347,7 +345,7 @@ impl Mode {
 }
 
 /// Checked as a scene's file is, and run in the native engine.
-fn run_scene(scene: &Scene) -> Result<Run, NativeError> {
+fn run_scene(scene: &Scene) -> Result<Run> {
     let text = serde_json::to_string(scene).unwrap_or_default();
     if let Err(error) = parse_scene(&text) {
         return Ok(Run::Refused(error.to_string()));

@@ -5,13 +5,16 @@ use std::f64::consts::{PI, SQRT_2};
 
 use serde::{Deserialize, Serialize};
 
+use super::Result;
+use crate::study::realization::bed_of;
 use crate::suite::{self, Grain};
 use crate::workers::asked_to_end;
 use grains::generate::initial_bodies;
-use grains::model::{Axis, Law, Model};
+use grains::measure::unbalanced_force;
+use grains::model::{Law, Model};
 use grains::native::{self, CaseOptions, NativeError, Options, Trouble, watch_case};
 use grains::scene::{Cloud, Scene, Tension, Viscosity, paper_scene};
-use grains::tables::{Bodies, Punch, Snapshot, Stage};
+use grains::tables::{Bodies, Punch, Stage};
 use grains::task::{Case, Task};
 
 /// Radius of the ordinary grain, m.
@@ -103,11 +106,7 @@ pub fn names() -> Vec<String> {
 }
 
 /// The scene of this name, beds with so many grains; `made` keeps beds that were made. A name that is none is the dense bed's.
-pub fn of(
-    name: &str,
-    grains: u32,
-    made: &mut BTreeMap<String, MapScene>,
-) -> Result<MapScene, NativeError> {
+pub fn of(name: &str, grains: u32, made: &mut BTreeMap<String, MapScene>) -> Result<MapScene> {
     match small().into_iter().find(|scene| scene.name == name) {
         Some(scene) => Ok(scene),
         None if name == "hexagonal-crystal" => crystal(CRYSTAL_ROWS),
@@ -134,15 +133,14 @@ fn grain(position: [f64; 2]) -> Grain {
     Grain::disc(position, RADIUS, DENSITY)
 }
 
-fn case(name: &str, law: Law, gravity: f64, walls: &[(Axis, f64)], grains: &[Grain]) -> Case {
-    let walls = walls.iter().map(|(axis, place)| suite::wall(*axis, *place));
-    let model = Model {
-        gravity: [0.0, 0.0 - gravity],
-        walls: walls.collect(),
-        ..suite::model(law, 1.0e-6)
-    };
+/// Grains under this gravity downwards, with walls that hold x and z at these places, m.
+fn case(name: &str, law: Law, gravity: f64, walls: [&[f64]; 2], grains: &[Grain]) -> Case {
+    let model = suite::world(law, 1.0e-6, [0.0, 0.0 - gravity], 0.0, walls);
     suite::case(name, model, grains, vec![0])
 }
+
+/// Nothing but the floor.
+const FLOOR: [&[f64]; 2] = [&[], &[0.0]];
 
 fn with_dashpot(c_n: f64) -> Law {
     let tension = Tension::Clipped;
@@ -171,14 +169,11 @@ fn one_contact() -> MapScene {
     let mass = light.mass;
     // The heavy one is pressed into the floor by both.
     let floor = (ratio + 1.0) * SQUEEZED * RADIUS;
-    let below = Grain {
-        mass: ratio * mass,
-        ..grain([0.0, RADIUS - floor])
-    };
+    let mut below = grain([0.0, RADIUS - floor]);
+    below.mass = ratio * mass;
     let above = grain([0.0, below.position[1] + 2.0 * RADIUS - SQUEEZED * RADIUS]);
     let law = suite::springs(MODULUS);
-    let floor = [(Axis::Z, 0.0)];
-    let case = case("one contact", law, gravity(mass), &floor, &[below, above]);
+    let case = case("one contact", law, gravity(mass), FLOOR, &[below, above]);
     let of = STIFFNESS / mass;
     let omega = larger(2.0 * of / ratio, of / ratio.sqrt(), of).sqrt();
     MapScene::new("one-contact", "a grain on a heavy one", case)
@@ -195,8 +190,7 @@ fn one_contact() -> MapScene {
 fn resting(law: Law) -> Case {
     let resting = grain([0.0, RADIUS - SQUEEZED * RADIUS]);
     let gravity = gravity(resting.mass);
-    let floor = [(Axis::Z, 0.0)];
-    case("a grain on a wall", law, gravity, &floor, &[resting])
+    case("a grain on a wall", law, gravity, FLOOR, &[resting])
 }
 
 fn grain_on_wall() -> MapScene {
@@ -237,8 +231,7 @@ fn chain(count: usize, ratio: f64) -> MapScene {
     let share = (0.5 * PI * count as f64 / (count as f64 + 1.0)).sin();
     let omega = 2.0 * share * (STIFFNESS / grains[0].mass).sqrt();
     let title = format!("{count} grains in a row between walls");
-    let walls = [(Axis::X, 0.0), (Axis::X, end)];
-    let of_law = |law| case("a chain", law, 0.0, &walls, &grains);
+    let of_law = |law| case("a chain", law, 0.0, [&[0.0, end], &[]], &grains);
     let scene = if ratio > 0.0 {
         let title = format!("{title}, dashpots of ζ = {ratio} in the fastest mode");
         // C is c/k times K.
@@ -266,19 +259,13 @@ fn unequal_sizes() -> MapScene {
     let second = first.position[0] + RADIUS + small - between;
     let middle = Grain::disc([second, 0.0], small, DENSITY);
     let last = grain([second + RADIUS + small - between, 0.0]);
-    let walls = [
-        (Axis::X, 0.0),
-        (Axis::X, last.position[0] + RADIUS - at_wall),
-    ];
+    let end = last.position[0] + RADIUS - at_wall;
     let grains = [first, middle, last];
     let (large, light) = (first.mass, middle.mass);
-    let square = larger(
-        (STIFFNESS + inner) / large,
-        SQRT_2 * inner / (large * light).sqrt(),
-        2.0 * inner / light,
-    );
+    let coupling = SQRT_2 * inner / (large * light).sqrt();
+    let square = larger((STIFFNESS + inner) / large, coupling, 2.0 * inner / light);
     let law = suite::springs(MODULUS);
-    let case = case("unequal sizes", law, 0.0, &walls, &grains);
+    let case = case("unequal sizes", law, 0.0, [&[0.0, end], &[]], &grains);
     let title = "a grain between two that are ten times larger, between walls";
     let formula = "2/ω, ω² the larger root of ((K+k)/M − ω²)(2k/m − ω²) = 2k²/(mM)";
     MapScene::new("unequal-sizes", title, case)
@@ -295,9 +282,8 @@ fn punch_corner() -> MapScene {
     let corner = side + (RADIUS - overlap) / SQRT_2;
     let held = grain([side, side]);
     let omega = (2.0 * STIFFNESS / held.mass).sqrt();
-    let walls = [(Axis::X, 0.0), (Axis::Z, 0.0)];
     let law = suite::springs(MODULUS);
-    let mut case = case("a punch corner", law, 0.0, &walls, &[held]);
+    let mut case = case("a punch corner", law, 0.0, [&[0.0], &[0.0]], &[held]);
     let axis = corner + half_extents[0];
     case.punch = Some(suite::punch(axis, corner, half_extents, 0.0));
     let title = "a grain in a corner of the box, held by the corner of the punch";
@@ -305,7 +291,7 @@ fn punch_corner() -> MapScene {
 }
 
 /// A crystal between four walls: rows one over the other, every other one moved by half a grain.
-pub fn crystal(rows: usize) -> Result<MapScene, NativeError> {
+pub fn crystal(rows: usize) -> Result<MapScene> {
     let pitch = 2.0 * RADIUS * (1.0 - CRYSTAL_OVERLAP);
     let height = 0.75f64.sqrt() * pitch;
     let inset = RADIUS * (1.0 - CRYSTAL_OVERLAP);
@@ -316,22 +302,17 @@ pub fn crystal(rows: usize) -> Result<MapScene, NativeError> {
             grain([x, inset + height * row as f64])
         })
         .collect();
-    let walls = [
-        (Axis::X, 0.0),
-        (Axis::X, 2.0 * inset + pitch * (rows as f64 - 0.5)),
-        (Axis::Z, 0.0),
-        (Axis::Z, 2.0 * inset + height * (rows as f64 - 1.0)),
-    ];
+    let right = 2.0 * inset + pitch * (rows as f64 - 0.5);
+    let top = 2.0 * inset + height * (rows as f64 - 1.0);
+    let walls: [&[f64]; 2] = [&[0.0, right], &[0.0, top]];
     let mass = grains[0].mass;
-    let mut laid = case("a crystal", suite::springs(MODULUS), 0.0, &walls, &grains);
+    let mut laid = case("a crystal", suite::springs(MODULUS), 0.0, walls, &grains);
     laid.model.dt = 0.3 * (mass / STIFFNESS).sqrt();
-    let case = at_rest("a crystal", &laid.model, &laid.bodies, None)?;
+    let case = rested("a crystal", &laid.model, &laid.bodies, None)?;
     let title = format!("{rows} by {rows} equal grains in a hexagonal crystal between four walls");
+    let limit = 2.0 / (6.0 * MODULUS * RADIUS / mass).sqrt();
     let mut scene = MapScene::new("hexagonal-crystal", &title, case)
-        .with_limit(
-            2.0 / (6.0 * MODULUS * RADIUS / mass).sqrt(),
-            "2√(m/6k), of the endless crystal",
-        )
+        .with_limit(limit, "2√(m/6k), of the endless crystal")
         .with_remark(
             "walls hold a crystal less than more crystal would, so its limit is a little above",
         );
@@ -358,16 +339,12 @@ pub fn bed_scene(grains: u32) -> Scene {
 pub const BEDS: [&str; 3] = ["dense-bed", "bed-under-punch", "frictional-bed"];
 
 /// The bed of this name; `made` keeps beds, as some come from others.
-fn bed(
-    name: &str,
-    grains: u32,
-    made: &mut BTreeMap<String, MapScene>,
-) -> Result<MapScene, NativeError> {
+fn bed(name: &str, grains: u32, made: &mut BTreeMap<String, MapScene>) -> Result<MapScene> {
     if let Some(known) = made.get(name) {
         return Ok(known.clone());
     }
     let mut scene = bed_scene(grains);
-    let rested = |of: &str, scene: &Scene| at_rest(of, &Model::of(scene), &poured(scene)?, None);
+    let rested = |of: &str, scene: &Scene| rested(of, &Model::of(scene), &poured(scene)?, None);
     let bed = match name {
         "bed-under-punch" => {
             let dense = bed("dense-bed", grains, made)?;
@@ -394,14 +371,14 @@ fn bed(
     Ok(bed)
 }
 
-fn poured(scene: &Scene) -> Result<Bodies, NativeError> {
+fn poured(scene: &Scene) -> Result<Bodies> {
     let task = Task::settle(initial_bodies(scene));
     let outcome = native::run(scene, &task, &Options::default(), &mut ())?;
     Ok(outcome.last.bodies)
 }
 
 /// The punch goes down on the bed by a share of the grains' overlaps at its load, and is held there.
-fn pressed(scene: &Scene, bodies: &Bodies) -> Result<Case, NativeError> {
+fn pressed(scene: &Scene, bodies: &Bodies) -> Result<Case> {
     let model = Model::of(scene);
     let mut punch = native::first_contact_punch(scene, bodies);
     let steps = (scene.loading.give_up_depth / (scene.loading.speed * model.dt)) as u64;
@@ -428,47 +405,20 @@ fn pressed(scene: &Scene, bodies: &Bodies) -> Result<Case, NativeError> {
         });
     }
     punch.velocity = 0.0;
-    at_rest("a bed under the punch", &model, &pressed, Some(punch))
-}
-
-/// As [`rested`]; a bed that does not come to rest is an error.
-fn at_rest(
-    name: &str,
-    model: &Model,
-    bodies: &Bodies,
-    punch: Option<Punch>,
-) -> Result<Case, NativeError> {
-    let steps = MOST_RESTING_STEPS;
-    rested(name, model, bodies, punch)?.ok_or_else(|| NativeError {
-        stage: Stage::Settle,
-        step: steps,
-        trouble: if asked_to_end() {
-            Trouble::Interrupted
-        } else {
-            Trouble::DoesNotRest { steps }
-        },
-    })
+    rested("a bed under the punch", &model, &pressed, Some(punch))
 }
 
 /// A bed brought to rest without friction, its velocities then set to zero, and then with the model's friction switched on,
-/// which no contact has to bear yet; none if it does not come to rest.
-pub fn rested(
-    name: &str,
-    model: &Model,
-    bodies: &Bodies,
-    punch: Option<Punch>,
-) -> Result<Option<Case>, NativeError> {
-    let smooth = Model {
-        alpha: BRAKE,
-        law: Law {
-            friction_angle: 0.0,
-            wall_friction_angle: None,
-            punch_friction_angle: None,
-            ..model.law.clone()
-        },
-        ..model.clone()
-    };
-    let mut resting = Case {
+/// which no contact has to bear yet.
+pub fn rested(name: &str, model: &Model, bodies: &Bodies, punch: Option<Punch>) -> Result<Case> {
+    let mut smooth = model.clone();
+    smooth.alpha = BRAKE;
+    smooth.law.friction_angle = 0.0;
+    (
+        smooth.law.wall_friction_angle,
+        smooth.law.punch_friction_angle,
+    ) = (None, None);
+    let resting = Case {
         name: name.to_owned(),
         model: smooth,
         bodies: Bodies {
@@ -482,40 +432,34 @@ pub fn rested(
     let mut last = resting.bodies.clone();
     let mut rests = false;
     watch_case(&resting, &CaseOptions::default(), &mut |moment| {
-        rests = moment.step > 0 && unbalanced(model, &moment) <= AT_REST;
+        let unbalanced = unbalanced_force(-model.gravity[1], bed_of(&moment));
+        rests = moment.step > 0 && unbalanced.is_some_and(|of| of <= AT_REST);
         last = moment.bodies;
         !rests && !asked_to_end()
     })?;
-    let count = last.len();
-    resting.bodies = Bodies {
-        vx: vec![0.0; count],
-        vz: vec![0.0; count],
-        spin: vec![0.0; bodies.spin.len()],
-        inertia: bodies.inertia.clone(),
-        ..last
-    };
-    resting.model = model.clone();
-    resting.moments = vec![0];
-    Ok(rests.then_some(resting))
+    if rests {
+        (last.spin, last.inertia) = (bodies.spin.clone(), bodies.inertia.clone());
+        return Ok(still(name, model.clone(), last, punch));
+    }
+    let steps = MOST_RESTING_STEPS;
+    let ended = asked_to_end().then_some(Trouble::Interrupted);
+    Err(NativeError {
+        stage: Stage::Settle,
+        step: steps,
+        trouble: ended.unwrap_or(Trouble::DoesNotRest { steps }),
+    })
 }
 
-/// Mean force that is left on a grain over the mean normal force of a contact.
-fn unbalanced(model: &Model, moment: &Snapshot) -> f64 {
-    let mass = &moment.bodies.mass;
-    let weight = |mass: &f64| model.gravity.map(|gravity| mass * gravity);
-    let weights = mass.iter().map(weight);
-    let mut left: Vec<[f64; 2]> = weights.collect();
-    let mut normal = 0.0;
-    for contact in &moment.contacts {
-        let force = contact.force();
-        normal += contact.normal_force;
-        for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
-            if let Some(left) = left.get_mut(id as usize) {
-                left[0] += sign * force[0];
-                left[1] += sign * force[1];
-            }
-        }
+/// Bodies as they stand, at rest.
+pub fn still(name: &str, model: Model, mut bodies: Bodies, punch: Option<Punch>) -> Case {
+    bodies.vx.fill(0.0);
+    bodies.vz.fill(0.0);
+    bodies.spin.fill(0.0);
+    Case {
+        name: name.to_owned(),
+        model,
+        bodies,
+        punch,
+        moments: vec![0],
     }
-    let sum: f64 = left.iter().map(|[x, z]| x.hypot(*z)).sum();
-    (sum / mass.len() as f64) / (normal / moment.contacts.len() as f64)
 }

@@ -30,8 +30,9 @@ use chacha20::ChaCha8Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand_core::{Rng, SeedableRng};
 
+use super::Result;
 use grains::model::Law;
-use grains::native::{NativeError, effective, run_case};
+use grains::native::{effective, run_case};
 use grains::scene::{SlipVelocity, TorqueArms};
 use grains::tables::{BodyIds, Contact, Snapshot};
 use grains::task::{Case, Effective, EffectiveContact};
@@ -97,18 +98,16 @@ pub struct Limit {
 }
 
 /// The parameters that the native engine says it uses for a case, and the case as it starts.
-pub(super) fn at_start(case: &Case) -> Result<(Effective, Option<Snapshot>), NativeError> {
-    let still = Case {
-        moments: vec![0],
-        ..case.clone()
-    };
+pub(super) fn at_start(case: &Case) -> Result<(Effective, Option<Snapshot>)> {
+    let mut still = case.clone();
+    still.moments = vec![0];
     let mut track = run_case(&still, None)?;
     Ok((effective(&still, None)?, track.pop()))
 }
 
 impl Network {
     /// The network of a case at its start, with the parameters that the native engine says it uses.
-    pub fn of(case: &Case) -> Result<Self, NativeError> {
+    pub fn of(case: &Case) -> Result<Self> {
         let (parameters, start) = at_start(case)?;
         let law = &case.model.law;
         let mut weights = vec![0.0; 3 * case.bodies.len()];
@@ -304,6 +303,7 @@ impl Link {
                 (contact.point[0] - centre[0]).hypot(contact.point[1] - centre[1])
             }
         };
+        let of_one = one.map_or(0.0, |one| arm(radius1, centre(one)));
         Link {
             grains: [one, Some(two)],
             normal: contact.normal,
@@ -312,10 +312,7 @@ impl Link {
             k_s: stretch * of.k_s.unwrap_or(0.0),
             // The spring's own share: a dashpot at work is no pre-stress.
             pre_stress: distance.map_or(0.0, |distance| of.k_n * contact.overlap / distance),
-            arms: [
-                one.map_or(0.0, |one| arm(radius1, centre(one))),
-                arm(radius2, centre(two)),
-            ],
+            arms: [of_one, arm(radius2, centre(two))],
         }
     }
 }

@@ -4,16 +4,17 @@
 //! For the automatic one the scene is poured, settled and pressed once in the native engine with a step that is small for any scene;
 //! at every look the contact network gives the largest stable step, with the scene's α. The smallest of them is the limit.
 
-use super::scenes::rested;
+use super::Result;
+use super::scenes::{rested, still};
 use super::spectrum::{Network, at_start};
 use super::trials::Disturbed;
 use crate::engine::yade::Proposal;
 use crate::run::folder::record::{StepChoice, StepLook, StepTrial};
 use grains::generate::initial_bodies;
-use grains::model::{Law, Model, damping_ratio};
+use grains::model::{Model, damping_ratio};
 use grains::native::{self, NativeError, Options, Trouble};
-use grains::scene::{ContactLaw, Scene, TimeStep, Viscosity};
-use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
+use grains::scene::{Scene, TimeStep, Viscosity};
+use grains::tables::{Bodies, BodyIds, Snapshot, Stage};
 use grains::task::{Case, Observer, Task};
 
 /// The share of the limit that is taken if none is named; `docs/stability.md` has the evidence.
@@ -28,34 +29,26 @@ const LOOK_EVERY: u64 = 500;
 const MOST_HALVINGS: u32 = 4;
 
 /// Chooses the step of a scene, with the evidence.
-///
-/// # Errors
-///
-/// Those of the native engine, which probes the scene: a scene that goes wrong at any step.
-pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
+pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice> {
     let of_stages = scene
         .stages()
         .map(|stage| probing_step(&scene.in_stage(stage)));
     let mut probe = of_stages.fold(f64::INFINITY, f64::min);
     let mut halvings = 0;
     let (looks, last) = loop {
+        let small = |looks: &[StepLook]| least(looks).is_none_or(|look| probe < 0.75 * look.limit);
         match looks_of(scene, probe) {
-            Ok((looks, last)) => {
-                let least = least(&looks).map_or(f64::INFINITY, |look| look.limit);
-                if probe < 0.75 * least {
-                    break (looks, last);
-                }
-                if halvings == MOST_HALVINGS {
-                    return Err(NativeError {
-                        stage: Stage::Settle,
-                        step: 0,
-                        trouble: Trouble::NoProbe { dt: probe },
-                    });
-                }
-            }
-            Err(error)
-                if halvings < MOST_HALVINGS && !matches!(error.trouble, Trouble::Interrupted) => {}
+            Ok((looks, last)) if small(&looks) => break (looks, last),
+            Err(error) if error.trouble == Trouble::Interrupted => return Err(error),
+            _ if halvings < MOST_HALVINGS => {}
             Err(error) => return Err(error),
+            Ok(_) => {
+                return Err(NativeError {
+                    stage: Stage::Settle,
+                    step: 0,
+                    trouble: Trouble::NoProbe { dt: probe },
+                });
+            }
         }
         probe *= 0.5;
         halvings += 1;
@@ -99,16 +92,12 @@ pub fn with_step(scene: &Scene, choice: &StepChoice) -> Scene {
 /// The scene's step over the largest stable step of a settled bed with its contacts, the scene's α counted in; none where
 /// nothing touches. A bed can settle at a step a little beyond the limit: what grows opens its contacts and stops
 /// there. So a run that ends well does not show that its step was stable, and this does.
-///
-/// # Errors
-///
-/// Those of the native engine, for bodies that it cannot start from.
-pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>, NativeError> {
+pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>> {
     let mut limit = f64::INFINITY;
     for stage in scene.stages() {
         let model = Model::in_stage(scene, stage);
         let alpha = model.alpha;
-        let network = Network::of(&still(model, bodies, None))?;
+        let network = Network::of(&still("a look", model, bodies.clone(), None))?;
         limit = limit.min(network.limit(alpha).dt);
     }
     Ok(limit.is_finite().then(|| scene.time_step_seconds() / limit))
@@ -137,7 +126,7 @@ fn probing_step(scene: &Scene) -> f64 {
     springs.min(PROBE_OF_DASHPOT * mass / constant)
 }
 
-fn looks_of(scene: &Scene, probe: f64) -> Result<(Vec<StepLook>, Snapshot), NativeError> {
+fn looks_of(scene: &Scene, probe: f64) -> Result<(Vec<StepLook>, Snapshot)> {
     let mut scene = scene.clone();
     // As long in time as the scene allows, and no less.
     let slower = scene.time_step_seconds() / probe;
@@ -149,31 +138,29 @@ fn looks_of(scene: &Scene, probe: f64) -> Result<(Vec<StepLook>, Snapshot), Nati
     let mut looker = Looker {
         scene: scene.clone(),
         looks: Vec::new(),
-        failed: None,
+        failed: Ok(()),
     };
     let task = Task::whole(initial_bodies(&scene));
     let outcome = native::run(&scene, &task, &Options::default(), &mut looker)?;
-    match looker.failed {
-        Some(error) => Err(error),
-        None => Ok((looker.looks, outcome.settled.unwrap_or(outcome.last))),
-    }
+    looker.failed?;
+    Ok((looker.looks, outcome.settled.unwrap_or(outcome.last)))
 }
 
 struct Looker {
     scene: Scene,
     looks: Vec<StepLook>,
-    failed: Option<NativeError>,
+    failed: Result<()>,
 }
 
 impl Observer for Looker {
     fn snapshot(&mut self, snapshot: &Snapshot) {
-        if snapshot.contacts.is_empty() || self.failed.is_some() {
+        if snapshot.contacts.is_empty() || self.failed.is_err() {
             return;
         }
         let model = Model::in_stage(&self.scene, snapshot.constants());
         let alpha = model.alpha;
-        let case = still(model, &snapshot.bodies, snapshot.punch);
-        match Network::of(&case) {
+        let (bodies, punch) = (snapshot.bodies.clone(), snapshot.punch);
+        match Network::of(&still("a look", model, bodies, punch)) {
             Ok(network) => {
                 let undamped = network.limit(0.0).dt;
                 let look = StepLook {
@@ -185,23 +172,8 @@ impl Observer for Looker {
                 };
                 self.looks.extend(look.limit.is_finite().then_some(look));
             }
-            Err(error) => self.failed = Some(error),
+            Err(error) => self.failed = Err(error),
         }
-    }
-}
-
-/// Bodies as they stand, at rest.
-fn still(model: Model, bodies: &Bodies, punch: Option<Punch>) -> Case {
-    let mut bodies = bodies.clone();
-    bodies.vx.fill(0.0);
-    bodies.vz.fill(0.0);
-    bodies.spin.fill(0.0);
-    Case {
-        name: "a look".to_owned(),
-        model,
-        bodies,
-        punch,
-        moments: vec![0],
     }
 }
 
@@ -215,18 +187,13 @@ fn last_of(looks: &[StepLook], stage: Stage) -> Option<StepLook> {
 }
 
 /// The settled bed brought to rest, its limit predicted and found; none where it does not come to rest.
-fn trial(scene: &Scene, probe: f64, settled: &Snapshot) -> Result<Option<StepTrial>, NativeError> {
+fn trial(scene: &Scene, probe: f64, settled: &Snapshot) -> Result<Option<StepTrial>> {
     let mut model = Model::of(scene);
     model.dt = probe;
-    model.law = Law {
-        contact: ContactLaw {
-            viscosity: Viscosity::None,
-            ..model.law.contact
-        },
-        ..model.law
-    };
-    let Some(case) = rested("the settled bed", &model, &settled.bodies, None)? else {
-        return Ok(None);
+    model.law.contact.viscosity = Viscosity::None;
+    let case = match rested("the settled bed", &model, &settled.bodies, None) {
+        Err(error) if matches!(error.trouble, Trouble::DoesNotRest { .. }) => return Ok(None),
+        case => case?,
     };
     let predicted = Network::of(&case)?.limit(0.0).dt;
     let found = Disturbed::at_random(&case, [true; 2])?.undamped()?;
@@ -247,7 +214,7 @@ const SAFETY: f64 = 0.8;
 /// K = Σ[(k_n − k_s)n_a² + k_s], about each axis K = Σ k_s R²(1 − n_a²), both over contacts under load;
 /// dt = 1.41044·0.8·√(min(m/K, I/K)), with dashpots no more than 2·0.8·m/C. A material without friction
 /// still has a k_s here.
-pub fn by_formula(case: &Case) -> Result<Proposal, NativeError> {
+pub fn by_formula(case: &Case) -> Result<Proposal> {
     let (parameters, start) = at_start(case)?;
     let contacts = start.iter().flat_map(|moment| &moment.contacts);
     let bodies = &case.bodies;

@@ -9,8 +9,9 @@ use nalgebra::DVector;
 use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
+use super::Result;
 use super::spectrum::{at_start, symmetric};
-use grains::native::{CaseOptions, NativeError, Trouble, watch_case};
+use grains::native::{CaseOptions, Trouble, watch_case};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
 use verdict::Answer;
@@ -75,7 +76,7 @@ pub struct Disturbed {
 impl Disturbed {
     /// Every grain displaced and set moving at random along these axes, by no more than 10⁻⁶ of a small
     /// overlap, and turned by as much.
-    pub fn at_random(case: &Case, axes: [bool; 2]) -> Result<Self, NativeError> {
+    pub fn at_random(case: &Case, axes: [bool; 2]) -> Result<Self> {
         let mut random = ChaCha8Rng::seed_from_u64(case.bodies.len() as u64);
         let places = [(); 2].map(|()| {
             let of = |radius: &f64| {
@@ -92,7 +93,7 @@ impl Disturbed {
 
     /// Disturbed by what turns its sign with every step: this unit vector in coordinates weighted by √mass, as
     /// [`super::spectrum::Network::fastest_mode`] has it.
-    pub fn in_mode(case: &Case, vector: &DVector<f64>) -> Result<Self, NativeError> {
+    pub fn in_mode(case: &Case, vector: &DVector<f64>) -> Result<Self> {
         let of = &case.bodies;
         let weighted = vector.iter().enumerate();
         let mode: Vec<f64> = weighted
@@ -108,7 +109,7 @@ impl Disturbed {
         Disturbed::along(case, [now, before])
     }
 
-    fn along(case: &Case, places: [Vec<f64>; 2]) -> Result<Self, NativeError> {
+    fn along(case: &Case, places: [Vec<f64>; 2]) -> Result<Self> {
         let (_, start) = at_start(case)?;
         let contacts = start.iter().flat_map(|moment| &moment.contacts);
         let mut overlaps: Vec<f64> = contacts.map(|contact| contact.overlap).collect();
@@ -169,7 +170,7 @@ impl Disturbed {
 
     /// Whether the disturbance grows at this step in the native engine. That the engine itself gives up
     /// is growth, too.
-    fn grows(&self, dt: f64, alpha: f64) -> Result<bool, NativeError> {
+    fn grows(&self, dt: f64, alpha: f64) -> Result<bool> {
         let mut track: Vec<Snapshot> = Vec::new();
         let mut grown = false;
         let mut watch = |moment| {
@@ -187,7 +188,7 @@ impl Disturbed {
     /// The largest stable step in the native engine without damping, from nothing but trials: doubled
     /// until it grows, then bisected. Begins at a hundredth of the smallest √(m/ER), which no dashpot of a physical size
     /// brings near the limit.
-    pub fn undamped(&self) -> Result<Option<Found>, NativeError> {
+    pub fn undamped(&self) -> Result<Option<Found>> {
         let bodies = &self.case.bodies;
         let modulus = self.case.model.law.modulus;
         let both = bodies.mass.iter().zip(&bodies.radius);
@@ -197,7 +198,7 @@ impl Disturbed {
     }
 
     /// The smallest unstable step with damping, looked for from well below the undamped limit up.
-    pub fn damped(&self, alpha: f64, undamped: &Found) -> Result<Option<Found>, NativeError> {
+    pub fn damped(&self, alpha: f64, undamped: &Found) -> Result<Option<Found>> {
         let (first, last) = (0.7 * undamped.limit(), 1.2 * undamped.limit());
         if self.grows(first, alpha)? {
             return Ok(None);
@@ -217,7 +218,7 @@ impl Disturbed {
         factor: f64,
         most: u32,
         alpha: f64,
-    ) -> Result<Option<Found>, NativeError> {
+    ) -> Result<Option<Found>> {
         for trial in 1..=most {
             let mut found = Found {
                 stable,
@@ -371,9 +372,6 @@ pub fn find_all<E>(
             search.learn(steps, tracks.by_ref().take(steps.len()).collect());
         }
     }
-    let result = |search: Search| match &search.refused {
-        Some(reason) => Err(reason.clone()),
-        None => Ok(search.found()),
-    };
+    let result = |search: Search| search.refused.clone().map_or(Ok(search.found()), Err);
     Ok(searches.into_iter().map(result).collect())
 }
