@@ -28,7 +28,8 @@ use machine::{Bound, Instructions, Machine, Throughput, Work};
 use scaling::{Point, SpeedUp};
 use timing::Spread;
 
-/// What came back makes no sense.
+type Result<T, E = Error> = std::result::Result<T, E>;
+
 fn nonsense(what: impl ToString) -> Error {
     ProgramError::Nonsense(what.to_string()).into()
 }
@@ -47,7 +48,7 @@ pub struct Missed {
 
 impl Missed {
     /// Of this error; a signal and a full disk end the benchmark instead.
-    pub fn of(id: &str, what: &str, needed: bool, error: Error) -> Result<Self, Error> {
+    pub fn of(id: &str, what: &str, needed: bool, error: Error) -> Result<Self> {
         use ProgramError::{File, Missing, Refused, TooOld, Unsupported};
         let missing = match &error {
             Error::File(_) | Error::Engine(EngineError::Program(File(_))) => return Err(error),
@@ -136,7 +137,6 @@ pub struct Setup<'a> {
     pub bed: &'a Bed,
     pub with_friction: &'a Bed,
     pub engines: &'a Engines,
-    /// This program, for the parts that need a process of their own.
     pub crossgrain: &'a Path,
     /// A folder for the processes.
     pub work: &'a Path,
@@ -148,9 +148,7 @@ pub struct BedRecord {
     pub scene_digest: String,
     /// Digest of positions and velocities.
     pub state: String,
-    /// Listed pairs of grains.
     pub listed_pairs: usize,
-    /// Those that touch.
     pub touching_pairs: usize,
     /// Steps from one build of the neighbour list to the next.
     pub steps_per_build: f64,
@@ -177,7 +175,6 @@ pub struct Bench {
     pub rounds: u32,
     pub machine: Machine,
     pub bed: BedRecord,
-    /// Every engine that ran.
     pub contests: Vec<Contest>,
     /// Native against YADE's sorted loop after the same steps.
     pub sorted_bits: Option<TableBits>,
@@ -191,7 +188,6 @@ pub struct Bench {
     /// Native against them.
     pub distances: Vec<Distance>,
     pub scaling: Vec<Point>,
-    /// By a second thread.
     pub speed_ups: Vec<SpeedUp>,
     pub goals: Vec<Goal>,
     /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
@@ -211,7 +207,7 @@ impl Bench {
 /// Steps with clocks between their stages.
 const CLOCKED_STEPS: u64 = 4000;
 
-pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
+pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
     let began = std::time::Instant::now();
     let machine = Machine::this();
     let work = work_folder()?;
@@ -219,24 +215,17 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     let bed = bed::settled_or_kept(&options.out, PAPER, &mut StageObserver(&task))?;
     task.done("settled");
 
-    let usual = if options.quick {
-        Plan::QUICK
-    } else {
-        Plan::FULL
-    };
+    let mut plan = [Plan::FULL, Plan::QUICK][usize::from(options.quick)];
+    plan.rounds = options.rounds.unwrap_or(plan.rounds);
     let with_friction = bed.with_friction();
     let setup = Setup {
-        plan: Plan {
-            rounds: options.rounds.unwrap_or(usual.rounds),
-            ..usual
-        },
+        plan,
         bed: &bed,
         with_friction: &with_friction,
         engines: &options.engines,
         crossgrain: &options.crossgrain,
         work: work.path(),
     };
-    let plan = &setup.plan;
     let task = display.task("engines side by side");
     let mut missed = Vec::new();
     let (contests, bits) = contender::rounds(&setup, &task, &mut missed)?;
@@ -278,7 +267,8 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
         throughput,
         goals: document::goals(&contests, friction_cost.as_ref(), &scaling, &speed_ups),
         friction_cost,
-        disturbed: disturbed(&contests),
+        disturbed: (contests.iter().filter_map(|of| of.processor_share))
+            .any(|share| share < UNDISTURBED),
         contests,
         sorted_bits,
         friction_bits,
@@ -321,8 +311,3 @@ fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> V
 
 /// A processor share below this in some round says that somebody else was at work.
 const UNDISTURBED: f64 = 0.95;
-
-fn disturbed(contests: &[Contest]) -> bool {
-    let mut shares = contests.iter().filter_map(|of| of.processor_share);
-    shares.any(|share| share < UNDISTURBED)
-}

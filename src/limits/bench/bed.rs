@@ -5,9 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::nonsense;
 use super::timing::after;
-use crate::error::Error;
+use super::{Result, nonsense};
 use crate::files::write_whole;
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
@@ -22,7 +21,6 @@ pub const PAPER: u32 = 5000;
 /// Steps that a bed laid out of copies is given to come to rest at its joints.
 const RELAXING: u64 = 1000;
 
-/// A bed at rest.
 #[derive(Debug, Clone)]
 pub struct Bed {
     /// The paper's scene for so many grains, as deep and as dense as the paper's.
@@ -61,11 +59,7 @@ struct Kept {
 }
 
 /// The settled bed kept in this folder, or a new one that is then kept there.
-pub fn settled_or_kept(
-    folder: &Path,
-    grains: u32,
-    observer: &mut dyn Observer,
-) -> Result<Bed, Error> {
+pub fn settled_or_kept(folder: &Path, grains: u32, observer: &mut dyn Observer) -> Result<Bed> {
     let table = folder.join(format!("bed-{grains}.csv"));
     let note = folder.join(format!("bed-{grains}.json"));
     let scene = scene_of(grains);
@@ -137,12 +131,16 @@ pub fn side_by_side(of: &Bodies, width: f64, columns: u32, copies: u32) -> Bodie
         }
     }
     places.sort_unstable();
-    let mut bodies = Bodies::with_capacity(places.len());
-    for (_, copy, _, id) in places {
-        let (x, vx) = if copy % 2 == 0 {
-            (of.x[id], of.vx[id])
-        } else {
-            (width - of.x[id], -of.vx[id])
+    numbered(of, width, places.iter().map(|place| (place.1, place.3)))
+}
+
+/// Grains in this order, each with the copy of the bed that it stands in.
+fn numbered(of: &Bodies, width: f64, order: impl Iterator<Item = (usize, usize)>) -> Bodies {
+    let mut bodies = Bodies::with_capacity(of.len());
+    for (copy, id) in order {
+        let (x, vx) = match copy % 2 {
+            0 => (of.x[id], of.vx[id]),
+            _ => (width - of.x[id], -of.vx[id]),
         };
         let (place, velocity) = ([copy as f64 * width + x, of.z[id]], [vx, of.vz[id]]);
         bodies.push(place, velocity, of.radius[id], of.mass[id]);
@@ -161,10 +159,5 @@ pub fn shuffled(of: &Bodies) -> Bodies {
             .wrapping_add(1_442_695_040_888_963_407);
         order.swap(last, (state >> 33) as usize % (last + 1));
     }
-    let mut bodies = Bodies::with_capacity(of.len());
-    for id in order {
-        let (place, velocity) = ([of.x[id], of.z[id]], [of.vx[id], of.vz[id]]);
-        bodies.push(place, velocity, of.radius[id], of.mass[id]);
-    }
-    bodies
+    numbered(of, 0.0, order.into_iter().map(|id| (0, id)))
 }

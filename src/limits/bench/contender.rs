@@ -7,12 +7,11 @@ use serde::Serialize;
 
 use super::bed::Bed;
 use super::timing::{self, Spread};
-use super::{Missed, Plan, Setup, nonsense};
+use super::{Missed, Plan, Result, Setup, nonsense};
 use crate::compare::bits::{self, TableBits};
 use crate::engine::exec::{self, Adapter, Description, ExternalEngine, ProgramRun};
 use crate::engine::read::{Timed, TimedSteps};
 use crate::engine::yade;
-use crate::error::Error;
 use crate::progress;
 use crate::study::realization::unobserved;
 use grains::model::Model;
@@ -23,15 +22,12 @@ use grains::tables::{Bodies, Snapshot};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contender {
-    /// The native engine, YADE's bits.
     Native,
-    /// YADE `-j1`, its own order.
     YadeOrdinary,
     /// YADE `-j1`, interactions in the order of their ids.
     YadeSorted,
     Lammps,
     Liggghts,
-    /// The first on the bed with friction.
     NativeFriction,
     YadeOrdinaryFriction,
     YadeSortedFriction,
@@ -66,7 +62,6 @@ enum Program {
 }
 
 impl Setup<'_> {
-    /// What it computes.
     pub fn bed_of(&self, contender: Contender) -> &Bed {
         match contender.friction() {
             true => self.with_friction,
@@ -74,7 +69,6 @@ impl Setup<'_> {
         }
     }
 
-    /// What the external engine says of itself.
     fn described(&self, contender: Contender) -> Option<&Description> {
         let external = self.engines.external.as_ref();
         let external = external.filter(|_| contender == Contender::External);
@@ -97,7 +91,6 @@ impl Setup<'_> {
 }
 
 impl Contender {
-    /// Whether it computes the bed with friction.
     pub fn friction(self) -> bool {
         use Contender::{LammpsFriction, NativeFriction, YadeOrdinaryFriction, YadeSortedFriction};
         matches!(
@@ -106,47 +99,45 @@ impl Contender {
         )
     }
 
-    fn program(self) -> Program {
-        use Contender::{YadeOrdinary, YadeOrdinaryFriction, YadeSorted, YadeSortedFriction};
+    /// What computes it, its id and its name.
+    fn program_id_and_name(self) -> (Program, &'static str, &'static str) {
+        use Program::{External, Native, Yade};
+        let [ordinary, sorted] = [false, true].map(|sorted| Yade { sorted });
+        let [lammps, liggghts] = [Adapter::LAMMPS, Adapter::LIGGGHTS].map(Program::Adapter);
         match self {
-            Contender::Native | Contender::NativeFriction => Program::Native,
-            YadeOrdinary | YadeOrdinaryFriction => Program::Yade { sorted: false },
-            YadeSorted | YadeSortedFriction => Program::Yade { sorted: true },
-            Contender::Lammps | Contender::LammpsFriction => Program::Adapter(Adapter::LAMMPS),
-            Contender::Liggghts => Program::Adapter(Adapter::LIGGGHTS),
-            Contender::External => Program::External,
+            Contender::Native => (Native, "native", "native"),
+            Contender::YadeOrdinary => (ordinary, "ordinary-loop", "YADE -j1, ordinary loop"),
+            Contender::YadeSorted => (sorted, "sorted-loop", "YADE -j1, sorted loop"),
+            Contender::Lammps => (lammps, "gran-hooke", "LAMMPS gran/hooke"),
+            Contender::Liggghts => (liggghts, "hooke-stiffness", "LIGGGHTS hooke/stiffness"),
+            Contender::NativeFriction => (Native, "native-friction", "native, friction"),
+            Contender::YadeOrdinaryFriction => {
+                let name = "YADE -j1, ordinary loop, friction";
+                (ordinary, "ordinary-loop-friction", name)
+            }
+            Contender::YadeSortedFriction => {
+                let name = "YADE -j1, sorted loop, friction";
+                (sorted, "sorted-loop-friction", name)
+            }
+            Contender::LammpsFriction => {
+                let name = "LAMMPS gran/hooke/history, friction";
+                (lammps, "gran-hooke-history", name)
+            }
+            Contender::External => (External, "external", "exec"),
         }
     }
 
-    fn id_and_name(self) -> [&'static str; 2] {
-        match self {
-            Contender::Native => ["native", "native"],
-            Contender::YadeOrdinary => ["ordinary-loop", "YADE -j1, ordinary loop"],
-            Contender::YadeSorted => ["sorted-loop", "YADE -j1, sorted loop"],
-            Contender::Lammps => ["gran-hooke", "LAMMPS gran/hooke"],
-            Contender::Liggghts => ["hooke-stiffness", "LIGGGHTS hooke/stiffness"],
-            Contender::NativeFriction => ["native-friction", "native, friction"],
-            Contender::YadeOrdinaryFriction => [
-                "ordinary-loop-friction",
-                "YADE -j1, ordinary loop, friction",
-            ],
-            Contender::YadeSortedFriction => {
-                ["sorted-loop-friction", "YADE -j1, sorted loop, friction"]
-            }
-            Contender::LammpsFriction => {
-                ["gran-hooke-history", "LAMMPS gran/hooke/history, friction"]
-            }
-            Contender::External => ["external", "exec"],
-        }
+    fn program(self) -> Program {
+        self.program_id_and_name().0
     }
 
     /// In ids of checks, unique.
     pub fn id(self) -> &'static str {
-        self.id_and_name()[0]
+        self.program_id_and_name().1
     }
 
     pub fn name(self) -> &'static str {
-        self.id_and_name()[1]
+        self.program_id_and_name().2
     }
 
     pub fn is_native(self) -> bool {
@@ -179,7 +170,7 @@ impl Contender {
     }
 
     /// Times its window on the bed, with the bed after [`Plan::compared_after`] steps; and its version.
-    pub fn run(self, setup: &Setup<'_>) -> Result<(Timed, String), Error> {
+    pub fn run(self, setup: &Setup<'_>) -> Result<(Timed, String)> {
         let (bed, plan) = (setup.bed_of(self), &setup.plan);
         let folder = timing::folder(setup.work, "turn")?;
         match self.program() {
@@ -226,13 +217,11 @@ pub fn timed(
     steps: TimedSteps,
     options: &yade::Options,
     work: &Path,
-) -> Result<(Timed, String), Error> {
+) -> Result<(Timed, String)> {
     let model = Model::of(&bed.scene);
     let Program::Adapter(adapter) = contender.program() else {
-        let options = yade::Options {
-            sorted: contender.is_sorted(),
-            ..options.clone()
-        };
+        let mut options = options.clone();
+        options.sorted = contender.is_sorted();
         return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?);
     };
     let engine = adapter.place(work, &options.limits)?;
@@ -254,7 +243,7 @@ fn by_two_runs(
     plan: &Plan,
     engine: &ExternalEngine,
     work: &Path,
-) -> Result<(Timed, String), Error> {
+) -> Result<(Timed, String)> {
     let mut steps = plan.compared_after();
     let first = run(bed, steps, engine, work)?;
     let mut before = first.took;
@@ -282,7 +271,7 @@ fn by_two_runs(
     )))
 }
 
-fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ProgramRun, Error> {
+fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ProgramRun> {
     // Its first moment and its last.
     let (scene, task) = (unobserved(&bed.scene), bed.task(steps));
     let folder = timing::folder(work, "job")?;
@@ -378,16 +367,11 @@ pub fn between_grains(snapshot: &Snapshot) -> usize {
 }
 
 fn largest_distance(a: &Bodies, b: &Bodies) -> f64 {
-    let mut largest = 0.0f64;
-    for id in 0..a.len() {
-        let distance = (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]);
-        // A NaN would be passed over by a maximum.
-        if distance.is_nan() {
-            return f64::INFINITY;
-        }
-        largest = distance.max(largest);
-    }
-    largest
+    let distance = |id: usize| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]);
+    let distances = (0..a.len()).map(distance);
+    // A NaN would be passed over by a maximum.
+    let known = distances.map(|of| if of.is_nan() { f64::INFINITY } else { of });
+    known.fold(0.0, f64::max)
 }
 
 /// An engine over all rounds.
@@ -437,7 +421,7 @@ pub fn rounds(
     setup: &Setup<'_>,
     progress: &progress::Task,
     missed: &mut Vec<Missed>,
-) -> Result<(Vec<Contest>, SortedBits), Error> {
+) -> Result<(Vec<Contest>, SortedBits)> {
     let rounds = setup.plan.rounds;
     let external = setup.engines.external.as_ref();
     let all = ALL.into_iter().chain(external.map(|_| Contender::External));
@@ -456,10 +440,8 @@ pub fn rounds(
         for (turn, of) in order.into_iter().enumerate() {
             let (contender, name) = (of.contender, setup.name_of(of.contender));
             let of_round = turn as f64 / turns_a_round as f64;
-            progress.share(
-                (f64::from(round) + of_round) / f64::from(rounds),
-                &format!("round {}, {name}", round + 1),
-            );
+            let share = (f64::from(round) + of_round) / f64::from(rounds);
+            progress.share(share, &format!("round {}, {name}", round + 1));
             match contender.run(setup) {
                 Ok(turn) => {
                     of.windows.push(turn.0.window);
@@ -474,11 +456,8 @@ pub fn rounds(
         // What has failed once does not run again.
         entrants.retain(|entrant| missed.iter().all(|of| of.id != entrant.contender.id()));
     }
-    let after = setup.plan.compared_after();
-    let beds = [
-        timing::after(setup.bed, after)?,
-        timing::after(setup.with_friction, after)?,
-    ];
+    let after = |bed: &Bed| timing::after(bed, setup.plan.compared_after());
+    let beds = [after(setup.bed)?, after(setup.with_friction)?];
     let of = |wanted: Contender| entrants.iter().find(|of| of.contender == wanted);
     let bases = [Contender::Native, Contender::NativeFriction].map(|base| of(base)?.spread());
     let bits_of = |sorted, name, native: &Snapshot| {

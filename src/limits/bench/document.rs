@@ -29,7 +29,6 @@ pub struct Goal {
     pub met: Option<bool>,
 }
 
-/// All goals, held against these figures.
 pub fn goals(
     contests: &[Contest],
     friction_cost: Option<&Spread>,
@@ -61,12 +60,8 @@ pub fn goals(
     let at_size = [("100,000", 100_000, 1.2), ("1,000,000", 1_000_000, 1.4)];
     let at_size = at_size.map(|(name, grains, bound)| {
         let what = format!("native, cost of a grain at {name} grains over that at 5,000");
-        goal(
-            &what,
-            false,
-            bound,
-            growth("native", points, grains).as_ref(),
-        )
+        let times = growth("native", points, grains);
+        goal(&what, false, bound, times.as_ref())
     });
     let on_two = [
         ("on two threads at 100,000 grains", 100_000, 1.7),
@@ -109,10 +104,8 @@ impl Bench {
             let what = format!("native against YADE's sorted loop{with}");
             let outcome = Outcome::pass_if(bits.agrees());
             let check = Check::of_words(id, &what, outcome, &bits.to_string());
-            let check = Check {
-                n: bits.numbers as u64,
-                ..check.with_limits(bits.differing as f64, 0.0, Some(0.0))
-            };
+            let mut check = check.with_limits(bits.differing as f64, 0.0, Some(0.0));
+            check.n = bits.numbers as u64;
             checks.push(check.judged_by(
                 "how many numbers differ in any bit after the same steps",
                 "both engines do the same operations in the same order (docs/determinism.md)",
@@ -121,10 +114,9 @@ impl Bench {
         checks.extend(self.missed.iter().map(|missed| {
             let outcome = [Outcome::Skipped, Outcome::Fail][usize::from(missed.failed)];
             let id = format!("bench/missed/{}", missed.id);
-            Check {
-                required: missed.needed,
-                ..Check::of_words(id, &missed.what, outcome, &missed.why)
-            }
+            let mut check = Check::of_words(id, &missed.what, outcome, &missed.why);
+            check.required = missed.needed;
+            check
         }));
         checks
     }

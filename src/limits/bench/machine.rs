@@ -12,11 +12,10 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::contender::{self, ALL, Contender};
-use super::{Missed, Setup, nonsense, timing};
+use super::{Missed, Result, Setup, nonsense, timing};
 use crate::child::on_path;
 use crate::engine::ProgramError;
 use crate::engine::read::TimedSteps;
-use crate::error::Error;
 use crate::files::read_text;
 use crate::progress::Task;
 use grains::native::timing::{OPERATIONS, add_and_multiply, divide, square_root, sum};
@@ -64,6 +63,7 @@ impl Machine {
         let memory = field(&text("/proc/meminfo"), "MemTotal");
         let processor = field(&text("/proc/cpuinfo"), "model name");
         let load = text("/proc/loadavg");
+        let kernel = |of: &str| text(&format!("/proc/sys/kernel/{of}"));
         Machine {
             processor: processor.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
             processors: std::thread::available_parallelism().map_or(1, usize::from),
@@ -71,15 +71,8 @@ impl Machine {
             // On Linux index 1 is the first level's cache of instructions.
             caches: [cache(0), cache(2), cache(3)],
             memory: memory.map_or(0, |words| kibibytes(&words)),
-            system: format!(
-                "{} {}",
-                text("/proc/sys/kernel/ostype").trim(),
-                text("/proc/sys/kernel/osrelease").trim()
-            ),
-            load: load
-                .split_whitespace()
-                .next()
-                .and_then(|word| word.parse().ok()),
+            system: format!("{} {}", kernel("ostype").trim(), kernel("osrelease").trim()),
+            load: (load.split_whitespace().next()).and_then(|word| word.parse().ok()),
         }
     }
 }
@@ -243,7 +236,7 @@ pub fn instructions(
     listed_pairs: usize,
     progress: &Task,
     missed: &mut Vec<Missed>,
-) -> Result<Vec<Instructions>, Error> {
+) -> Result<Vec<Instructions>> {
     let mut all: Vec<Instructions> = Vec::new();
     for (index, contender) in ALL.into_iter().enumerate() {
         let name = contender.name();
@@ -280,7 +273,7 @@ pub fn instructions(
 }
 
 /// Instructions a step, and the functions that have most of them.
-fn count(setup: &Setup<'_>, contender: Contender) -> Result<(f64, Vec<(String, f64)>), Error> {
+fn count(setup: &Setup<'_>, contender: Contender) -> Result<(f64, Vec<(String, f64)>)> {
     let valgrind = on_path("valgrind").ok_or_else(|| ProgramError::Missing {
         engine: "valgrind",
         reason: "there is no such program on the path".to_owned(),
@@ -315,13 +308,11 @@ fn profile(
     valgrind: &Path,
     contender: Contender,
     steps: u64,
-) -> Result<(Profile, u64), Error> {
+) -> Result<(Profile, u64)> {
     let folder = timing::folder(setup.work, "counted")?;
     let out = folder.join("callgrind.out");
-    let under = [
-        "--tool=callgrind".to_owned(),
-        format!("--callgrind-out-file={}", out.display()),
-    ];
+    let to_file = format!("--callgrind-out-file={}", out.display());
+    let under = ["--tool=callgrind".to_owned(), to_file];
     let limit = setup.engines.yade.limits.time;
     let done = if contender.is_native() {
         timing::write_bed(setup.bed_of(contender), &folder)?;

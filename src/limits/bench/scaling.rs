@@ -1,13 +1,11 @@
 //! Cost and memory against the number of grains, each size in a process of its own.
 
-use std::path::PathBuf;
-
 use serde::Serialize;
 
 use super::bed::{self, Bed, PAPER};
 use super::contender::{self, Contender};
 use super::timing::{self, Spread};
-use super::{Missed, Setup, nonsense};
+use super::{Missed, Result, Setup, nonsense};
 use crate::engine::read::TimedSteps;
 use crate::error::Error;
 use crate::progress::Task;
@@ -60,7 +58,7 @@ pub fn measure(
     setup: &Setup<'_>,
     progress: &Task,
     missed: &mut Vec<Missed>,
-) -> Result<(Vec<Point>, Vec<SpeedUp>), Error> {
+) -> Result<(Vec<Point>, Vec<SpeedUp>)> {
     let mut beds = Vec::new();
     for &size in setup.plan.sizes {
         progress.share(0.0, &format!("a bed of {size} grains"));
@@ -103,7 +101,7 @@ pub const ON_TWO: [(Contender, &str); 3] = [
 ];
 
 /// Every engine on one and on two, in turns; others on the largest of their beds alone.
-fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<SpeedUp>, Error> {
+fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<SpeedUp>> {
     let grains = bed.bodies.len() as u32;
     let native = timing::folder(setup.work, "two")?;
     timing::write_bed(bed, &native)?;
@@ -115,11 +113,9 @@ fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<
             timing::in_a_process(setup.crossgrain, &native, steps, threads, limit)?.window
         } else {
             let folder = timing::folder(setup.work, "turn")?;
-            let steps = few_steps(grains, processes);
-            let yade = &setup.engines.yade;
-            contender::timed(contender, bed, steps, yade, &folder)?
-                .0
-                .window
+            let (steps, yade) = (few_steps(grains, processes), &setup.engines.yade);
+            let (timed, _) = contender::timed(contender, bed, steps, yade, &folder)?;
+            timed.window
         };
         Ok::<f64, Error>(window.wall_seconds / window.steps as f64)
     };
@@ -157,7 +153,6 @@ fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<
     Ok(speed_ups.collect())
 }
 
-/// Steps of another engine.
 fn few_steps(grains: u32, processes: u32) -> TimedSteps {
     let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
     TimedSteps {
@@ -169,49 +164,39 @@ fn few_steps(grains: u32, processes: u32) -> TimedSteps {
 }
 
 /// Repeats go round all sizes, so that a busy minute does not fall on one of them alone.
-fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>, Error> {
-    let written = |bed: &Bed, end: &str| {
-        let name = format!("bed-{}{end}", bed.bodies.len());
-        let folder = timing::folder(setup.work, &name)?;
-        timing::write_bed(bed, &folder)?;
-        Ok::<PathBuf, Error>(folder)
-    };
-    let mut folders = Vec::new();
+fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>> {
+    let mut ways = Vec::new();
     for bed in beds {
-        let disorder = Bed {
-            scene: bed.scene.clone(),
-            bodies: bed::shuffled(&bed.bodies),
-        };
-        folders.push([written(bed, "")?, written(&disorder, "-shuffled")?]);
-    }
-    let mut times = vec![(Vec::new(), None); beds.len() * NATIVE.len()];
-    for repeat in 0..setup.plan.repeats {
-        for (at, bed) in beds.iter().enumerate() {
-            let grains = bed.bodies.len() as u64;
-            progress.share(
-                0.1 + 0.6 * f64::from(repeat) / f64::from(setup.plan.repeats),
-                &format!("native, {grains} grains"),
-            );
-            let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_NATIVE_STEPS);
-            for (way, folder) in folders[at].iter().enumerate() {
-                let limit = setup.engines.yade.limits.time;
-                let one = timing::in_a_process(setup.crossgrain, folder, steps, 1, limit)?;
-                let (all, memory) = &mut times[at * NATIVE.len() + way];
-                all.push(one.window.seconds_per_step());
-                *memory = one.peak_memory;
-            }
+        let mut disorder = bed.clone();
+        disorder.bodies = bed::shuffled(&bed.bodies);
+        let grains = bed.bodies.len() as u32;
+        for (name, bed) in NATIVE.into_iter().zip([bed, &disorder]) {
+            let folder = timing::folder(setup.work, &format!("{grains} {name}"))?;
+            timing::write_bed(bed, &folder)?;
+            ways.push((name, grains, folder, Vec::new(), None));
         }
     }
-    let points = times.into_iter().enumerate();
-    let points = points.filter_map(|(index, (all, memory))| {
-        let grains = beds[index / NATIVE.len()].bodies.len() as u32;
-        let name = NATIVE[index % NATIVE.len()];
-        Some(point(name, grains, Spread::of(all)?, memory))
-    });
+    let repeats = f64::from(setup.plan.repeats);
+    for repeat in 0..setup.plan.repeats {
+        for (_, grains, folder, times, memory) in &mut ways {
+            let share = 0.1 + 0.6 * f64::from(repeat) / repeats;
+            progress.share(share, &format!("native, {grains} grains"));
+            let steps = (NATIVE_GRAIN_STEPS / u64::from(*grains)).max(FEWEST_NATIVE_STEPS);
+            let limit = setup.engines.yade.limits.time;
+            let one = timing::in_a_process(setup.crossgrain, folder, steps, 1, limit)?;
+            times.push(one.window.seconds_per_step());
+            *memory = one.peak_memory;
+        }
+    }
+    let points = ways
+        .into_iter()
+        .filter_map(|(name, grains, _, times, memory)| {
+            Some(point(name, grains, Spread::of(times)?, memory))
+        });
     Ok(points.collect())
 }
 
-fn in_yade(setup: &Setup<'_>, bed: &Bed) -> Result<Point, Error> {
+fn in_yade(setup: &Setup<'_>, bed: &Bed) -> Result<Point> {
     let grains = bed.bodies.len() as u32;
     let steps = few_steps(grains, 1);
     let folder = timing::folder(setup.work, "yade")?;

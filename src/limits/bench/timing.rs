@@ -11,10 +11,9 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::bed::Bed;
-use super::nonsense;
+use super::{Result, nonsense};
 use crate::engine::exec;
 use crate::engine::watch::Limits;
-use crate::error::Error;
 use crate::files::{failed, read_text, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
@@ -28,7 +27,7 @@ use grains::task::Observer;
 const PARTS: u64 = 5;
 
 /// Times about `steps` steps of this bed on at most so many threads, after a quarter as many to warm up.
-pub fn time(bed: &Bed, steps: u64, threads: usize) -> Result<Window, Error> {
+pub fn time(bed: &Bed, steps: u64, threads: usize) -> Result<Window> {
     let part = part(steps);
     let mut scene = unobserved(&bed.scene);
     // The engine tells how far it is whenever it looks whether the bed has settled: once a part. The looks cost
@@ -41,15 +40,13 @@ pub fn time(bed: &Bed, steps: u64, threads: usize) -> Result<Window, Error> {
         ..native::Options::default()
     };
     native::run(&scene, &bed.task(PARTS * part), &options, &mut watch)?;
-    match (watch.began, watch.last) {
-        (Some((step0, wall0, cpu0)), Some((step1, wall1, cpu1))) if step1 == PARTS * part => {
-            Ok(Window {
-                steps: step1 - step0,
-                wall_seconds: (wall1 - wall0).as_secs_f64(),
-                // Of this thread, which is not all of several.
-                cpu_seconds: (threads == 1).then(|| cpu1.duration_since(cpu0).as_secs_f64()),
-            })
-        }
+    match watch.0[..] {
+        [(step0, wall0, cpu0), .., (step1, wall1, cpu1)] if step1 == PARTS * part => Ok(Window {
+            steps: step1 - step0,
+            wall_seconds: (wall1 - wall0).as_secs_f64(),
+            // Of this thread, which is not all of several.
+            cpu_seconds: (threads == 1).then(|| cpu1.duration_since(cpu0).as_secs_f64()),
+        }),
         _ => Err(nonsense("the native engine did not tell how far it was")),
     }
 }
@@ -71,7 +68,7 @@ pub fn after(bed: &Bed, steps: u64) -> Result<Snapshot, NativeError> {
 }
 
 /// Where the native engine's time goes in so many steps, and what it was spent on.
-pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked, Error> {
+pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked> {
     let model = grains::model::Model::of(&bed.scene);
     let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
     let clocked = native::timing::parts_of_a_step(&model, &bed.bodies, mean_radius, steps)
@@ -84,22 +81,15 @@ pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked, Error> 
     Ok(clocked)
 }
 
-type Moment = (u64, Instant, ThreadTime);
-
-/// The first and the last time that the engine told how far it is.
+/// The step and the times whenever the engine told how far it is.
 #[derive(Default)]
-struct Watch {
-    began: Option<Moment>,
-    last: Option<Moment>,
-}
+struct Watch(Vec<(u64, Instant, ThreadTime)>);
 
 impl Observer for Watch {
     fn snapshot(&mut self, _: &Snapshot) {}
 
     fn progress(&mut self, _: Stage, step: u64, _: f64) {
-        let now = (step, Instant::now(), ThreadTime::now());
-        self.began.get_or_insert(now);
-        self.last = Some(now);
+        self.0.push((step, Instant::now(), ThreadTime::now()));
     }
 }
 
@@ -117,14 +107,14 @@ pub struct One {
 }
 
 /// Puts a bed where [`one`] finds it.
-pub fn write_bed(bed: &Bed, folder: &Path) -> Result<(), Error> {
+pub fn write_bed(bed: &Bed, folder: &Path) -> Result<()> {
     let text = serde_json::to_string(&bed.scene).map_err(nonsense)?;
     write_whole(&folder.join("scene.json"), text.as_bytes())?;
     Ok(write_bodies(&folder.join("bed.csv"), &bed.bodies)?)
 }
 
 /// Inside the process: times the bed in this folder.
-pub fn one(folder: &Path, steps: u64, threads: usize) -> Result<One, Error> {
+pub fn one(folder: &Path, steps: u64, threads: usize) -> Result<One> {
     let text = read_text(&folder.join("scene.json"), 1 << 20)?;
     // Not through the check of scenes: a narrow box has no room for the paper's control points.
     let scene: Scene = serde_json::from_str(&text).map_err(nonsense)?;
@@ -161,14 +151,14 @@ pub fn in_a_process(
     steps: u64,
     threads: usize,
     limit: Duration,
-) -> Result<One, Error> {
+) -> Result<One> {
     let mut command = Command::new(crossgrain);
     let command = command.args(arguments(folder, steps, threads));
     said(&run(command, folder, limit)?)
 }
 
 /// The line that the process printed, among others.
-pub fn said(log: &str) -> Result<One, Error> {
+pub fn said(log: &str) -> Result<One> {
     log.lines()
         .find(|line| line.starts_with('{'))
         .and_then(|line| serde_json::from_str(line).ok())
@@ -176,7 +166,7 @@ pub fn said(log: &str) -> Result<One, Error> {
 }
 
 /// Runs a program in `work`, which it may do without a sign of life, and returns what it wrote on both outputs.
-pub fn run(command: &mut Command, work: &Path, limit: Duration) -> Result<String, Error> {
+pub fn run(command: &mut Command, work: &Path, limit: Duration) -> Result<String> {
     let limits = Limits {
         time: limit,
         stall: limit,
@@ -186,7 +176,7 @@ pub fn run(command: &mut Command, work: &Path, limit: Duration) -> Result<String
     Ok(exec::log(work))
 }
 
-pub fn folder(work: &Path, name: &str) -> Result<PathBuf, Error> {
+pub fn folder(work: &Path, name: &str) -> Result<PathBuf> {
     let folder = work.join(name);
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(failed("remove", &folder))?;
@@ -199,11 +189,8 @@ pub fn folder(work: &Path, name: &str) -> Result<PathBuf, Error> {
 pub struct Spread {
     /// Every measurement, in the order of the rounds.
     pub all: Vec<f64>,
-    /// Half of them are below it.
     pub median: f64,
-    /// A quarter of them is below it.
     pub low_quartile: f64,
-    /// A quarter of them is above it.
     pub high_quartile: f64,
     pub least: f64,
     pub most: f64,
@@ -257,10 +244,8 @@ mod tests {
     #[test]
     fn quartiles_lie_between_the_measurements() {
         let spread = Spread::of(vec![4.0, 1.0, 3.0, 2.0]).expect("there are some");
-        assert_eq!(
-            (spread.low_quartile, spread.median, spread.high_quartile),
-            (1.75, 2.5, 3.25)
-        );
+        let quartiles = [spread.low_quartile, spread.median, spread.high_quartile];
+        assert_eq!(quartiles, [1.75, 2.5, 3.25]);
         assert_eq!((spread.least, spread.most), (1.0, 4.0));
         let one = Spread::of(vec![7.0]).expect("there is one");
         assert_eq!((one.low_quartile, one.high_quartile), (7.0, 7.0));
