@@ -23,6 +23,9 @@ use grains::scene::Scene;
 use grains::tables::Stage;
 use grains::task::{Case, Task, Until};
 
+/// With the error of an engine that is a program, if no other is named.
+pub type Result<T, E = ProgramError> = std::result::Result<T, E>;
+
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     #[error(transparent)]
@@ -159,31 +162,22 @@ impl ProgramError {
     }
 }
 
-/// What was written is not what a run writes.
 fn nonsense(reason: impl Into<String>) -> ProgramError {
     ProgramError::Nonsense(reason.into())
 }
 
 /// Nonsense unless this holds.
-fn ensure(holds: bool, otherwise: impl FnOnce() -> String) -> Result<(), ProgramError> {
-    if holds {
-        Ok(())
-    } else {
-        Err(nonsense(otherwise()))
-    }
+fn ensure(holds: bool, otherwise: impl FnOnce() -> String) -> Result<()> {
+    holds.then_some(()).ok_or_else(|| nonsense(otherwise()))
 }
 
 /// What an engine says in JSON, in a file or a line of one.
-fn parsed<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, ProgramError> {
+fn parsed<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
     serde_json::from_str(text).map_err(|error| nonsense(format!("{name}: {error}")))
 }
 
 /// A file of one such text, of at most so many bytes.
-fn read_json<T: DeserializeOwned>(
-    path: &Path,
-    longest: u64,
-    name: &str,
-) -> Result<T, ProgramError> {
+fn read_json<T: DeserializeOwned>(path: &Path, longest: u64, name: &str) -> Result<T> {
     let text = read_text(path, longest).map_err(|error| nonsense(format!("{name}: {error}")))?;
     parsed(&text, name)
 }
@@ -202,7 +196,7 @@ pub struct Description {
 
 impl Description {
     /// Reads what `path` printed when it was asked what it is.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, ProgramError> {
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let broken = |error: serde_json::Error| {
             let printed: String = text.chars().take(200).collect();
             undescribed(path)(format!("{error}; it printed {printed:?}"))
@@ -263,7 +257,7 @@ fn undescribed(path: &Path) -> impl Fn(String) -> ProgramError {
     }
 }
 
-pub fn describe(options: &Options) -> Result<Description, ProgramError> {
+pub fn describe(options: &Options) -> Result<Description> {
     let work = work_folder()?;
     let limits = Limits {
         time: options.limits.time.min(TIME),

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::read::{self, Timed, TimedSteps};
 use super::watch::{self, Beats, Done, Limits, end_of, length, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
-use super::{ProgramError, nonsense};
+use super::{ProgramError, Result, nonsense};
 use crate::child::{Group, on_path};
 use crate::files::{FileError, failed, file_digest, read_text, sha256_hex, write_whole};
 use crate::tables as text;
@@ -105,7 +105,7 @@ fn imported<'a>(line: &'a str) -> Vec<&'a str> {
 }
 
 impl ExternalEngine {
-    pub fn ask(options: Options) -> Result<Self, ProgramError> {
+    pub fn ask(options: Options) -> Result<Self> {
         Ok(ExternalEngine {
             digest: program_digest(&options.program).map_err(not_started(&options.program))?,
             description: describe(&options)?,
@@ -114,7 +114,7 @@ impl ExternalEngine {
     }
 
     /// That no other program stands in the place of the one that was asked. One that was removed since has run.
-    fn check_unchanged(&self) -> Result<(), ProgramError> {
+    fn check_unchanged(&self) -> Result<()> {
         let path = &self.options.program;
         if path.exists() && program_digest(path)? != self.digest {
             return Err(ProgramError::Changed { path: path.clone() });
@@ -185,7 +185,7 @@ impl Adapter {
     ];
 
     /// Writes the adapter into this folder and asks it what it is.
-    pub fn place(self, folder: &Path, limits: &Limits) -> Result<ExternalEngine, ProgramError> {
+    pub fn place(self, folder: &Path, limits: &Limits) -> Result<ExternalEngine> {
         if let Some((name, package)) = self.needs.filter(|(name, _)| on_path(name).is_none()) {
             return Err(ProgramError::Missing {
                 engine: self.name,
@@ -207,7 +207,6 @@ impl Adapter {
     }
 }
 
-/// A run of an engine that is a program.
 #[derive(Debug)]
 pub struct ProgramRun {
     pub outcome: Outcome,
@@ -224,7 +223,7 @@ pub fn run(
     engine: &ExternalEngine,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<ProgramRun, ProgramError> {
+) -> Result<ProgramRun> {
     check_scene(&engine.description, scene, task, &[])?;
     write_scene(work, scene, task, &Value::Null)?;
     engine.check_unchanged()?;
@@ -239,12 +238,7 @@ pub fn run(
 }
 
 /// That the engine has all that the task asks for, these parts aside.
-pub fn check_scene(
-    engine: &Description,
-    scene: &Scene,
-    task: &Task,
-    aside: &[Part],
-) -> Result<(), ProgramError> {
+pub fn check_scene(engine: &Description, scene: &Scene, task: &Task, aside: &[Part]) -> Result<()> {
     let missing = missing_for_scene(engine, scene, task).into_iter();
     let missing = missing.filter(|part| !aside.contains(part));
     has_all(engine, missing.collect(), HINT_SCENE)
@@ -254,11 +248,7 @@ const HINT_SCENE: &str = "take an engine that has it, or a scene that does not a
                           needs no punch, and --steps N no rules that end a stage either";
 const HINT_CASES: &str = "these experiments ask for it";
 
-fn has_all(
-    engine: &Description,
-    missing: BTreeSet<Part>,
-    hint: &'static str,
-) -> Result<(), ProgramError> {
+fn has_all(engine: &Description, missing: BTreeSet<Part>, hint: &'static str) -> Result<()> {
     if missing.is_empty() {
         return Ok(());
     }
@@ -276,13 +266,10 @@ pub fn run_cases(
     description: &Description,
     options: &Options,
     work: &Path,
-) -> Result<Vec<Answer>, ProgramError> {
+) -> Result<Vec<Answer>> {
     let missing = |case: &&Case| missing_for_case(description, case);
-    has_all(
-        description,
-        cases.iter().flat_map(missing).collect(),
-        HINT_CASES,
-    )?;
+    let missing = cases.iter().flat_map(missing).collect();
+    has_all(description, missing, HINT_CASES)?;
     write_cases(work, cases, &Value::Null)?;
     start(options, work, &mut ())?;
     let results = read::cases(work, cases)?.into_iter();
@@ -298,7 +285,7 @@ pub fn time(
     engine: &ExternalEngine,
     under: &[String],
     work: &Path,
-) -> Result<Timed, ProgramError> {
+) -> Result<Timed> {
     let description = &engine.description;
     let missing = (!description.has(Part::Timing)).then_some(Part::Timing);
     has_all(description, missing.into_iter().collect(), HINT_CASES)?;
@@ -318,11 +305,7 @@ pub fn log(work: &Path) -> String {
 }
 
 /// Has the engine do the job in `work`.
-fn start(
-    options: &Options,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<Done, ProgramError> {
+fn start(options: &Options, work: &Path, observer: &mut dyn Observer) -> Result<Done> {
     let work = &fs::canonicalize(work).map_err(failed("find", work))?;
     let mut command = program(options)?;
     command.arg("run").arg(work);
@@ -331,7 +314,7 @@ fn start(
 }
 
 /// Has the engine describe itself into `work`.
-pub(super) fn ask(options: &Options, work: &Path) -> Result<(), ProgramError> {
+pub(super) fn ask(options: &Options, work: &Path) -> Result<()> {
     let mut command = program(options)?;
     command.arg("describe");
     let (limits, fits) = (&options.limits, &mut || true);
@@ -346,7 +329,7 @@ fn not_started<E: Display>(path: &Path) -> impl FnOnce(E) -> ProgramError {
     }
 }
 
-fn program(options: &Options) -> Result<Command, ProgramError> {
+fn program(options: &Options) -> Result<Command> {
     // The path as it is: nothing is looked up, and no shell sees it.
     let program = fs::canonicalize(&options.program).map_err(not_started(&options.program))?;
     Ok(Command::new(program))
@@ -361,7 +344,7 @@ pub fn finish(
     work: &Path,
     observer: &mut dyn Observer,
     fits: &mut dyn FnMut() -> bool,
-) -> Result<Done, ProgramError> {
+) -> Result<Done> {
     let create = |name: &str| {
         let path = work.join(name);
         File::create(&path).map_err(failed("create", &path))
@@ -384,14 +367,14 @@ pub fn finish(
     let child = Group::spawn(command).map_err(not_started(&path))?;
     let mut beats = Beats::default();
     let said = work.join(SAID);
-    let written = Written::new(work);
+    let written = written(work);
     let mut look = || {
         if let Some((stage, step, share)) = beats.newest(&said) {
             observer.progress(stage, step, share);
         }
-        fits().then(|| length(&said) + written.bytes())
+        fits().then(|| length(&said) + written())
     };
-    let done = watch(child, limits, &mut look, &|| written.bytes(), work);
+    let done = watch(child, limits, &mut look, &written, work);
     let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
     match done {
         Ok(done) if done.status.success() => Ok(done),
@@ -405,29 +388,18 @@ pub fn finish(
 }
 
 /// How much a program has written, counted now and then: of thousands of files each count takes its time.
-struct Written<'a> {
-    folder: &'a Path,
-    /// When it is counted again, and what it was.
-    counted: Cell<(Instant, u64)>,
-}
-
-impl<'a> Written<'a> {
-    fn new(folder: &'a Path) -> Self {
-        Written {
-            folder,
-            counted: Cell::new((Instant::now(), 0)),
-        }
-    }
-
-    fn bytes(&self) -> u64 {
-        let (again, bytes) = self.counted.get();
+fn written(folder: &Path) -> impl Fn() -> u64 {
+    // When it is counted again, and what it was.
+    let counted = Cell::new((Instant::now(), 0));
+    move || {
+        let (again, bytes) = counted.get();
         let began = Instant::now();
         if began < again {
             return bytes;
         }
-        let bytes = size_of_folder(self.folder);
+        let bytes = size_of_folder(folder);
         let pause = (began.elapsed() * 20).max(Duration::from_millis(200));
-        self.counted.set((Instant::now() + pause, bytes));
+        counted.set((Instant::now() + pause, bytes));
         bytes
     }
 }
@@ -451,7 +423,7 @@ fn told(of: Punch) -> Value {
 }
 
 /// Writes `job.json`; `settings` are those of an adapter, null where there are none.
-fn write_job(folder: &Path, mut job: Value, settings: &Value) -> Result<(), ProgramError> {
+fn write_job(folder: &Path, mut job: Value, settings: &Value) -> Result<()> {
     job["protocol"] = PROTOCOL.into();
     if !settings.is_null() {
         job["settings"] = settings.clone();
@@ -459,12 +431,7 @@ fn write_job(folder: &Path, mut job: Value, settings: &Value) -> Result<(), Prog
     write_json(&folder.join("job.json"), &job)
 }
 
-pub fn write_scene(
-    work: &Path,
-    scene: &Scene,
-    task: &Task,
-    settings: &Value,
-) -> Result<(), ProgramError> {
+pub fn write_scene(work: &Path, scene: &Scene, task: &Task, settings: &Value) -> Result<()> {
     let loading = &scene.loading;
     // A punch that stands still goes on doing so; any other has the scene's speed.
     let punch = task.start.punch.map(|punch| Punch {
@@ -475,10 +442,9 @@ pub fn write_scene(
         },
         ..punch
     });
-    let until_step = if let Until::Step(step) = task.until {
-        Some(step)
-    } else {
-        None
+    let until_step = match task.until {
+        Until::Step(step) => Some(step),
+        _ => None,
     };
     let mut job = json!({
         "kind": "scene",
@@ -517,7 +483,7 @@ fn case_name(index: usize) -> String {
 }
 
 /// Writes a folder for each case into `work`, and the list of them.
-pub fn write_cases(work: &Path, cases: &[&Case], settings: &Value) -> Result<(), ProgramError> {
+pub fn write_cases(work: &Path, cases: &[&Case], settings: &Value) -> Result<()> {
     for (index, case) in cases.iter().enumerate() {
         let folder = case_folder(work, index);
         fs::create_dir(&folder).map_err(failed("create", &folder))?;
@@ -544,7 +510,7 @@ pub fn write_timing(
     steps: TimedSteps,
     under: &[String],
     settings: &Value,
-) -> Result<(), ProgramError> {
+) -> Result<()> {
     let job = json!({
         "kind": "timing",
         "model": model,
@@ -558,14 +524,14 @@ pub fn write_timing(
     write_grains(work, bodies)
 }
 
-fn write_grains(work: &Path, bodies: &Bodies) -> Result<(), ProgramError> {
+fn write_grains(work: &Path, bodies: &Bodies) -> Result<()> {
     text::write_bodies(&work.join("initial.csv"), bodies).map_err(|error| match error {
         text::TableError::File(error) => ProgramError::File(error),
         other => nonsense(other.to_string()),
     })
 }
 
-fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ProgramError> {
+fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value).map_err(|error| nonsense(error.to_string()))?;
     Ok(write_whole(path, text.as_bytes())?)
 }

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::exec::case_folder;
-use super::{ProgramError, ensure, nonsense, parsed, read_json};
+use super::{ProgramError, Result, ensure, nonsense, parsed, read_json};
 use crate::files::{FileError, read_text, regular};
 use crate::tables as text;
 use grains::model::Model;
@@ -76,12 +76,17 @@ pub struct CaseRun {
 /// The most that an engine may say of its parameters, bytes.
 const LONGEST_PARAMETERS: u64 = 1 << 28;
 
-/// The start that an engine was given, and what its moments are checked against.
-struct Given<'a> {
+/// The moments of a job, which are checked against the start that the engine was given.
+struct Moments<'a> {
+    folder: &'a Path,
+    /// What messages begin with: a case, or nothing.
+    name: &'a str,
     bodies: &'a Bodies,
     ids: BodyIds,
     half_extents: [f64; 2],
     dt: f64,
+    /// `tables.bin`: the tables of all moments as numbers, read from the front.
+    numbers: Option<BufReader<File>>,
 }
 
 /// Reads all moments of a scene in order, shows them to the observer and returns the outcome.
@@ -90,12 +95,11 @@ pub fn scene(
     scene: &Scene,
     task: &Task,
     observer: &mut dyn Observer,
-) -> Result<Outcome, ProgramError> {
+) -> Result<Outcome> {
     let start = &task.start.bodies;
     let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
-    let given = Given::of(&Model::of(scene), start, half_extents);
-    let mut numbers = Numbers::new(work);
-    let list = list(work, "")?.map_err(ProgramError::Refused)?;
+    let mut moments = Moments::of(work, "", &Model::of(scene), start, half_extents);
+    let list = moments.list()?.map_err(ProgramError::Refused)?;
     let mut stages: Vec<StageReport> = Vec::new();
     let mut settled = None;
     let mut last: Option<Snapshot> = None;
@@ -109,14 +113,12 @@ pub fn scene(
             stages.push(report);
             continue;
         }
-        let (snapshot, _) = given.moment(work, &mut numbers, line, "")?;
-        ensure(
-            !seen.is_empty() || snapshot.bodies.digest() == start.digest(),
-            || {
-                "its first moment is not the start that it was given; write the grains of initial.csv as they are, digit by digit"
+        let (snapshot, _) = moments.read(line)?;
+        let is_start = || snapshot.bodies.digest() == start.digest();
+        ensure(!seen.is_empty() || is_start(), || {
+            "its first moment is not the start that it was given; write the grains of initial.csv as they are, digit by digit"
                 .to_owned()
-            },
-        )?;
+        })?;
         check_moment(&snapshot, scene.container.width).map_err(|trouble| {
             ProgramError::WentWrong {
                 stage: snapshot.stage,
@@ -128,7 +130,7 @@ pub fn scene(
         observer.snapshot(&snapshot);
         last = Some(snapshot);
     }
-    numbers.at_end("")?;
+    moments.at_end()?;
     let last = last.ok_or_else(|| nonsense("moments.jsonl has not one moment of the run"))?;
     let DoneFile { steps: counted } = done(work)?;
     check_stages(task, &stages)?;
@@ -148,7 +150,7 @@ pub fn scene(
     })
 }
 
-pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<Result<CaseRun, String>>, ProgramError> {
+pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<Result<CaseRun, String>>> {
     let mut results = Vec::with_capacity(cases.len());
     let mut steps = 0;
     for (index, case) in cases.iter().enumerate() {
@@ -165,28 +167,25 @@ pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<Result<CaseRun, String>
     Ok(results)
 }
 
-fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>, ProgramError> {
+fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>> {
     let name = format!("case {}: ", case.name);
     let half_extents = case.punch.map_or([0.0; 2], |punch| punch.half_extents);
-    let given = Given::of(&case.model, &case.bodies, half_extents);
-    let list = match list(folder, &name)? {
+    let mut moments = Moments::of(folder, &name, &case.model, &case.bodies, half_extents);
+    let list = match moments.list()? {
         Ok(list) => list,
         Err(reason) => return Ok(Err(reason)),
     };
-    let (effective, named) = (
-        folder.join("effective.json"),
-        format!("{name}effective.json"),
-    );
-    let read = || read_json(&effective, LONGEST_PARAMETERS, &named);
-    let effective = effective.exists().then(read).transpose()?;
-    let mut numbers = Numbers::new(folder);
+    let path = folder.join("effective.json");
+    let named = format!("{name}effective.json");
+    let read = || read_json(&path, LONGEST_PARAMETERS, &named);
+    let effective = path.exists().then(read).transpose()?;
     let mut track = Vec::with_capacity(case.moments.len());
     let mut loads = Vec::new();
     let mut lines = list.lines();
     for &step in &case.moments {
         let ends = || nonsense(format!("{name}moments.jsonl ends before step {step}"));
         let line = lines.next().ok_or_else(ends)?;
-        let (moment, of_moment) = given.moment(folder, &mut numbers, line, &name)?;
+        let (moment, of_moment) = moments.read(line)?;
         let found = (moment.stage, moment.step);
         ensure(found == (Stage::Settle, step), || {
             let (stage, at) = (found.0.name(), found.1);
@@ -199,7 +198,7 @@ fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>, Prog
         track.push(moment);
         loads.extend(of_moment);
     }
-    numbers.at_end(&name)?;
+    moments.at_end()?;
     ensure(lines.next().is_none(), || {
         format!("{name}moments.jsonl goes on after its last moment")
     })?;
@@ -213,9 +212,7 @@ fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>, Prog
 /// Steps before, in and after a timed window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimedSteps {
-    /// Before it.
     pub warm_up: u64,
-    /// In it.
     pub timed: u64,
     /// Afterwards, with the engine's own account of its parts.
     pub shares: u64,
@@ -247,7 +244,6 @@ impl Timed {
     }
 }
 
-/// `done.json` of a timed bed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TimedDone {
@@ -267,17 +263,11 @@ struct TimedShare {
 }
 
 /// Reads what an engine made of a bed whose steps it was to time.
-pub fn timed(
-    work: &Path,
-    model: &Model,
-    start: &Bodies,
-    steps: TimedSteps,
-) -> Result<Timed, ProgramError> {
-    let list = list(work, "")?.map_err(ProgramError::Refused)?;
-    let given = Given::of(model, start, [0.0; 2]);
-    let mut numbers = Numbers::new(work);
-    let (last, _) = given.moment(work, &mut numbers, list.trim_end(), "")?;
-    numbers.at_end("")?;
+pub fn timed(work: &Path, model: &Model, start: &Bodies, steps: TimedSteps) -> Result<Timed> {
+    let mut moments = Moments::of(work, "", model, start, [0.0; 2]);
+    let list = moments.list()?.map_err(ProgramError::Refused)?;
+    let (last, _) = moments.read(list.trim_end())?;
+    moments.at_end()?;
     let (after, at) = (steps.warm_up + steps.timed, last.step);
     ensure(at == after, || {
         format!("step {at} where step {after} should be")
@@ -315,21 +305,6 @@ fn own(folder: &Path, name: &str) -> Result<PathBuf, FileError> {
     }
 }
 
-/// The lines of `moments.jsonl`, or why it refused the job.
-fn list(folder: &Path, name: &str) -> Result<Result<String, String>, ProgramError> {
-    let text = own(folder, "moments.jsonl").and_then(|path| read_text(&path, LONGEST_LIST));
-    let list = text.map_err(|error| {
-        nonsense(format!(
-            "{name}it ended well, but its list of moments is not there: {error}"
-        ))
-    })?;
-    if !has_key(&list, "refused") {
-        return Ok(Ok(list));
-    }
-    let line: RefusedLine = parsed(list.trim_end(), "moments.jsonl")?;
-    Ok(Err(line.refused.chars().take(400).collect()))
-}
-
 /// Whether a line is an object with this key, at any place in it.
 fn has_key(line: &str, key: &str) -> bool {
     type Object = serde_json::Map<String, serde_json::Value>;
@@ -337,16 +312,24 @@ fn has_key(line: &str, key: &str) -> bool {
 }
 
 /// `done.json`, with the engine's own count of steps.
-fn done<T: DeserializeOwned>(work: &Path) -> Result<T, ProgramError> {
+fn done<T: DeserializeOwned>(work: &Path) -> Result<T> {
     let text = own(work, "done.json")
         .and_then(|path| read_text(&path, 1 << 16))
         .map_err(|error| nonsense(format!("it ended well before the job was done: {error}")))?;
     parsed(&text, "done.json")
 }
 
-impl<'a> Given<'a> {
-    fn of(model: &Model, bodies: &'a Bodies, half_extents: [f64; 2]) -> Self {
-        Given {
+impl<'a> Moments<'a> {
+    fn of(
+        folder: &'a Path,
+        name: &'a str,
+        model: &Model,
+        bodies: &'a Bodies,
+        half_extents: [f64; 2],
+    ) -> Self {
+        Moments {
+            folder,
+            name,
             bodies,
             ids: BodyIds {
                 grains: bodies.len() as u32,
@@ -354,27 +337,36 @@ impl<'a> Given<'a> {
             },
             half_extents,
             dt: model.dt,
+            numbers: None,
         }
     }
 
-    fn moment(
-        &self,
-        folder: &Path,
-        numbers: &mut Numbers<'_>,
-        line: &str,
-        name: &str,
-    ) -> Result<(Snapshot, Option<Vec<Load>>), ProgramError> {
+    /// The lines of `moments.jsonl`, or why it refused the job.
+    fn list(&self) -> Result<Result<String, String>> {
+        let path = own(self.folder, "moments.jsonl");
+        let list = path.and_then(|path| read_text(&path, LONGEST_LIST));
+        let list = list.map_err(|error| {
+            let why = "it ended well, but its list of moments is not there";
+            nonsense(format!("{}{why}: {error}", self.name))
+        })?;
+        if !has_key(&list, "refused") {
+            return Ok(Ok(list));
+        }
+        let line: RefusedLine = parsed(list.trim_end(), "moments.jsonl")?;
+        Ok(Err(line.refused.chars().take(400).collect()))
+    }
+
+    /// The moment of this line, with what it says of forces and torques.
+    fn read(&mut self, line: &str) -> Result<(Snapshot, Option<Vec<Load>>)> {
+        let name = self.name;
         let of: MomentLine = parsed(line, &format!("{name}moments.jsonl"))?;
         let at = format!("{name}stage {} step {}", of.stage.name(), of.step);
         ensure(of.out_of_plane == 0.0, || {
             format!("{at}: grains have left the plane")
         })?;
         let (bodies, contacts) = match of.contacts {
-            Some(count) => {
-                let bodies = numbers.bodies(self.bodies, &at)?;
-                (bodies, numbers.contacts(count, self.ids, &at)?)
-            }
-            None => self.tables(folder, of.stage, of.step, &at)?,
+            Some(count) => (self.next_bodies(&at)?, self.next_contacts(count, &at)?),
+            None => self.tables(of.stage, of.step, &at)?,
         };
         for contact in &contacts {
             self.check_contact(contact, &at)?;
@@ -393,31 +385,26 @@ impl<'a> Given<'a> {
     }
 
     /// The tables of a moment as text.
-    fn tables(
-        &self,
-        folder: &Path,
-        stage: Stage,
-        step: u64,
-        at: &str,
-    ) -> Result<(Bodies, Vec<Contact>), ProgramError> {
-        let table = |what: &str| own(folder, &format!("{}-{step}-{what}.csv", stage.name()));
+    fn tables(&self, stage: Stage, step: u64, at: &str) -> Result<(Bodies, Vec<Contact>)> {
+        let table = |what: &str| {
+            let path = own(self.folder, &format!("{}-{step}-{what}.csv", stage.name()));
+            path.map_err(text::TableError::from)
+        };
         // By its name in the job's folder: that is moved or removed before anybody reads this.
-        let place = format!("{}/", folder.display());
+        let place = format!("{}/", self.folder.display());
         let broken = |error: text::TableError| {
             let error = error.to_string().replace(&place, "");
             nonsense(format!("{at}: {error}"))
         };
-        let bodies = table("bodies").map_err(text::TableError::from);
-        let bodies = bodies.and_then(|path| text::read_bodies(&path, self.bodies.len() as u32));
-        let bodies = bodies.map_err(broken)?;
+        let read = |path: PathBuf| text::read_bodies(&path, self.ids.grains);
+        let bodies = table("bodies").and_then(read).map_err(broken)?;
         self.same_grains(&bodies, at)?;
-        let contacts = table("contacts").map_err(text::TableError::from);
-        let contacts = contacts.and_then(|path| text::read_contacts(&path, self.ids));
-        let contacts = contacts.map_err(broken)?;
+        let read = |path: PathBuf| text::read_contacts(&path, self.ids);
+        let contacts = table("contacts").and_then(read).map_err(broken)?;
         Ok((bodies, contacts))
     }
 
-    fn check_contact(&self, of: &Contact, at: &str) -> Result<(), ProgramError> {
+    fn check_contact(&self, of: &Contact, at: &str) -> Result<()> {
         let ordered = of.id1 < of.id2 || !self.ids.is_grain(of.id1);
         let pair = || format!("{at}: a contact of {} and {}", of.id1, of.id2);
         ensure(self.ids.is_grain(of.id2) && ordered, || {
@@ -427,15 +414,12 @@ impl<'a> Given<'a> {
             )
         })?;
         ensure(of.overlap >= 0.0, || {
-            format!(
-                "{} with the overlap {}: only what touches is a contact",
-                pair(),
-                of.overlap
-            )
+            let (pair, overlap) = (pair(), of.overlap);
+            format!("{pair} with the overlap {overlap}: only what touches is a contact")
         })
     }
 
-    fn punch(&self, of: &PunchLine, at: &str) -> Result<Punch, ProgramError> {
+    fn punch(&self, of: &PunchLine, at: &str) -> Result<Punch> {
         let [x, z] = of.centre;
         let numbers = [x, z, of.start, of.velocity, of.force];
         let finite = numbers.iter().all(|value| value.is_finite());
@@ -449,7 +433,7 @@ impl<'a> Given<'a> {
         })
     }
 
-    fn same_grains(&self, bodies: &Bodies, at: &str) -> Result<(), ProgramError> {
+    fn same_grains(&self, bodies: &Bodies, at: &str) -> Result<()> {
         let (found, wanted) = (bodies.len(), self.bodies.len());
         ensure(found == wanted, || {
             format!("{at}: {found} grains instead of {wanted}")
@@ -468,29 +452,17 @@ impl<'a> Given<'a> {
             )
         })
     }
-}
 
-const CONTACT_COLUMNS: usize = 9;
-
-/// `tables.bin`: the tables of all moments as numbers, read from the front.
-struct Numbers<'a> {
-    folder: &'a Path,
-    file: Option<BufReader<File>>,
-}
-
-impl<'a> Numbers<'a> {
-    fn new(folder: &'a Path) -> Self {
-        Numbers { folder, file: None }
-    }
-
-    fn take(&mut self, count: usize, at: &str) -> Result<Vec<f64>, ProgramError> {
-        if self.file.is_none() {
+    /// The next numbers of `tables.bin`.
+    fn take(&mut self, count: usize, at: &str) -> Result<Vec<f64>> {
+        if self.numbers.is_none() {
             let file = own(self.folder, "tables.bin").and_then(|path| regular(&path));
             let file = file.map_err(|error| nonsense(format!("{at}: tables.bin: {error}")))?;
-            self.file = Some(BufReader::new(file));
+            self.numbers = Some(BufReader::new(file));
         }
         let mut bytes = vec![0; count * 8];
-        let all = self.file.as_mut().map(|file| file.read_exact(&mut bytes));
+        let file = self.numbers.as_mut();
+        let all = file.map(|file| file.read_exact(&mut bytes));
         ensure(matches!(all, Some(Ok(()))), || {
             format!("{at}: tables.bin is cut off")
         })?;
@@ -503,9 +475,9 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// The grains of the next moment; radii, masses and moments of inertia are those of `start`.
-    fn bodies(&mut self, start: &Bodies, at: &str) -> Result<Bodies, ProgramError> {
-        let count = start.len();
+    /// The grains of the next moment; radii, masses and moments of inertia are those of the start.
+    fn next_bodies(&mut self, at: &str) -> Result<Bodies> {
+        let (start, count) = (self.bodies, self.bodies.len());
         Ok(Bodies {
             x: self.take(count, at)?,
             z: self.take(count, at)?,
@@ -519,12 +491,8 @@ impl<'a> Numbers<'a> {
     }
 
     /// The contacts of the next moment, sorted by ids, normals of length 1.
-    fn contacts(
-        &mut self,
-        count: u64,
-        ids: BodyIds,
-        at: &str,
-    ) -> Result<Vec<Contact>, ProgramError> {
+    fn next_contacts(&mut self, count: u64, at: &str) -> Result<Vec<Contact>> {
+        let ids = self.ids;
         let few = count <= text::most_contacts(ids.grains);
         ensure(few, || format!("{at}: {count} contacts"))?;
         let numbers = self.take(count as usize * CONTACT_COLUMNS, at)?;
@@ -543,39 +511,29 @@ impl<'a> Numbers<'a> {
         }
         for of in &contacts {
             let off = (of.normal[0].hypot(of.normal[1]) - 1.0).abs();
+            let (id1, id2) = key(of);
             ensure(off <= text::NORMAL_TOLERANCE, || {
-                format!(
-                    "{at}: the normal of {} and {} must be of length 1",
-                    of.id1, of.id2
-                )
+                format!("{at}: the normal of {id1} and {id2} must be of length 1")
             })?;
         }
         Ok(contacts)
     }
 
     /// Nothing follows the last moment.
-    fn at_end(&mut self, name: &str) -> Result<(), ProgramError> {
+    fn at_end(&mut self) -> Result<()> {
         let mut more = [0; 1];
-        let rest = self.file.as_mut().map(|file| file.read(&mut more));
+        let rest = self.numbers.as_mut().map(|file| file.read(&mut more));
         ensure(matches!(rest, None | Some(Ok(0))), || {
-            format!("{name}tables.bin goes on after the last moment")
+            format!("{}tables.bin goes on after the last moment", self.name)
         })
     }
 }
 
+const CONTACT_COLUMNS: usize = 9;
+
 /// A contact of its row, if both its ids are those of bodies.
 fn contact(row: [f64; CONTACT_COLUMNS], ids: BodyIds) -> Option<Contact> {
-    let [
-        id1,
-        id2,
-        overlap,
-        normal_force,
-        tangential_force,
-        nx,
-        nz,
-        x,
-        z,
-    ] = row;
+    let [id1, id2, overlap, along, across, nx, nz, x, z] = row;
     let id = |value: f64| {
         let id = value as u32;
         (f64::from(id) == value && id <= ids.punch()).then_some(id)
@@ -584,8 +542,8 @@ fn contact(row: [f64; CONTACT_COLUMNS], ids: BodyIds) -> Option<Contact> {
         id1: id(id1)?,
         id2: id(id2)?,
         overlap,
-        normal_force,
-        tangential_force: tangential(tangential_force),
+        normal_force: along,
+        tangential_force: tangential(across),
         normal: [nx, nz],
         point: [x, z],
     })
@@ -602,7 +560,7 @@ struct EndLine {
 }
 
 /// How a stage ended, from such a line.
-fn end_of_stage(line: &str) -> Result<StageReport, ProgramError> {
+fn end_of_stage(line: &str) -> Result<StageReport> {
     let of: EndLine = parsed(line, "moments.jsonl")?;
     ensure(of.stop != "not_finite", || {
         let (step, stage) = (of.steps, of.end.name());
@@ -629,7 +587,7 @@ fn check_moments(
     task: &Task,
     stages: &[StageReport],
     seen: &[(Stage, u64)],
-) -> Result<(), ProgramError> {
+) -> Result<()> {
     let every = scene.measurement.history_every;
     // A count that somebody made up is not counted through.
     let most = seen.len() as u64;
@@ -670,32 +628,27 @@ fn first_step(task: &Task, stage: Stage) -> u64 {
 }
 
 /// The stages are those asked for, each ended by a rule of its own.
-fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), ProgramError> {
+fn check_stages(task: &Task, stages: &[StageReport]) -> Result<()> {
+    use Stage::{Load, Settle};
     use StopReason::{MaxSteps, Reached, Settled, StepsDone, TargetLoadNotReached};
     let ends: Vec<(Stage, StopReason)> = stages.iter().map(|of| (of.stage, of.stop)).collect();
-    let fits = match (task.until, task.start.stage, ends.as_slice()) {
-        (Until::Step(step), stage, [(end, StepsDone)]) => {
+    let ended = match (task.until, ends.as_slice()) {
+        (Until::Step(step), [(_, StepsDone)]) => {
             let done = stages[0].steps;
             ensure(done == step, || {
                 format!("{step} steps were asked for and {done} were done")
             })?;
-            *end == stage
-        }
-        (Until::EndOfSettling, Stage::Settle, [(Stage::Settle, Settled | MaxSteps)])
-        | (Until::EndOfLoading, Stage::Settle, [(Stage::Settle, MaxSteps)]) => true,
-        (
-            Until::EndOfLoading,
-            Stage::Settle,
-            [
-                (Stage::Settle, Settled),
-                (Stage::Load, Reached | TargetLoadNotReached),
-            ],
-        )
-        | (Until::EndOfLoading, Stage::Load, [(Stage::Load, Reached | TargetLoadNotReached)]) => {
             true
+        }
+        (Until::EndOfSettling, [(Settle, stop)]) => matches!(stop, Settled | MaxSteps),
+        (Until::EndOfLoading, [(Settle, stop)]) => *stop == MaxSteps,
+        (Until::EndOfLoading, [(Load, stop)] | [(Settle, Settled), (Load, stop)]) => {
+            matches!(stop, Reached | TargetLoadNotReached)
         }
         _ => false,
     };
+    let begun = ends.first().map(|(stage, _)| *stage);
+    let fits = ended && begun == Some(task.start.stage);
     let of = |stage: &StageReport| format!("{} {:?}", stage.stage.name(), stage.stop);
     let stages: Vec<String> = stages.iter().map(of).collect();
     ensure(fits, || match &stages[..] {

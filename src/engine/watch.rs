@@ -8,7 +8,7 @@ use std::process::ExitStatus;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::{ProgramError, nonsense};
+use super::{ProgramError, Result, nonsense};
 use crate::child::{Group, LOOK_EVERY};
 use crate::files::{failed, regular};
 use crate::workers::asked_to_end;
@@ -55,7 +55,7 @@ pub fn watch(
     look: &mut dyn FnMut() -> Option<u64>,
     written: &dyn Fn() -> u64,
     work: &Path,
-) -> Result<Done, ProgramError> {
+) -> Result<Done> {
     let hung = |reason: String| ProgramError::Hung {
         reason,
         log: String::new(),
@@ -94,7 +94,7 @@ pub fn watch(
     Err(hung("it never ended".to_owned()))
 }
 
-fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<(), ProgramError> {
+fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<()> {
     let check = |what: &str, is: &dyn Fn() -> u64, limit: u64| {
         let is = if limit < u64::MAX { is() } else { 0 };
         if is <= limit {

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::exec::{ProgramRun, SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
 use super::watch::{Done, Limits};
-use super::{ProgramError, ensure, exec, nonsense, read, read_json};
+use super::{ProgramError, Result, ensure, exec, nonsense, read, read_json};
 use crate::child::on_path;
 use crate::files::{failed, sha256_hex, write_whole};
 use grains::model::Model;
@@ -125,7 +125,7 @@ pub fn lacking(scene: &Scene) -> Option<String> {
 }
 
 /// The YADE that is to run the scene, which has all that it asks for.
-pub fn check_scene(scene: &Scene, options: &Options) -> Result<Installation, ProgramError> {
+pub fn check_scene(scene: &Scene, options: &Options) -> Result<Installation> {
     can(lacking(scene))?;
     find(options.program.as_deref())
 }
@@ -171,7 +171,7 @@ pub fn run(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<ProgramRun, ProgramError> {
+) -> Result<ProgramRun> {
     let yade = check_scene(scene, options)?;
     exec::write_scene(work, scene, task, &options.settings())?;
     let (took, version) = start(&yade, RUN_SCENE, work, options, observer)?;
@@ -201,7 +201,7 @@ pub fn run_cases(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<(Vec<CaseInYade>, String), ProgramError> {
+) -> Result<(Vec<CaseInYade>, String)> {
     let version = start_cases(cases, RUN_CASES, options, work, observer)?;
     let runs = read::cases(work, cases).map_err(hinted)?;
     let complete = |(case, run): (&&Case, Result<read::CaseRun, String>)| {
@@ -216,7 +216,7 @@ pub fn run_cases(
             loads: run.loads,
         })
     };
-    let cases: Result<_, ProgramError> = cases.iter().zip(runs).map(complete).collect();
+    let cases: Result<_> = cases.iter().zip(runs).map(complete).collect();
     Ok((cases?, version))
 }
 
@@ -227,7 +227,7 @@ fn start_cases(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<String, ProgramError> {
+) -> Result<String> {
     for case in cases {
         can(unsupported(&case.model))?;
     }
@@ -252,11 +252,7 @@ pub struct Proposal {
 
 /// Asks YADE which time steps it would choose for the cases; `work` is an empty folder. The answers in the order of the
 /// cases, and YADE's version.
-pub fn propose(
-    cases: &[&Case],
-    options: &Options,
-    work: &Path,
-) -> Result<(Vec<Proposal>, String), ProgramError> {
+pub fn propose(cases: &[&Case], options: &Options, work: &Path) -> Result<(Vec<Proposal>, String)> {
     let version = start_cases(cases, PROPOSE_STEPS, options, work, &mut ())?;
     let name = "proposals.json";
     let proposals: Vec<Proposal> = read_json(&work.join(name), 1 << 24, name)?;
@@ -274,7 +270,7 @@ pub fn time(
     steps: TimedSteps,
     options: &Options,
     work: &Path,
-) -> Result<(Timed, String), ProgramError> {
+) -> Result<(Timed, String)> {
     can(unsupported(model))?;
     let yade = find(options.program.as_deref())?;
     exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
@@ -288,7 +284,7 @@ pub fn time(
     Ok((timed, version))
 }
 
-fn can(lacking: Option<String>) -> Result<(), ProgramError> {
+fn can(lacking: Option<String>) -> Result<()> {
     lacking.map_or(Ok(()), |what| Err(lacks(what)))
 }
 
@@ -299,13 +295,13 @@ fn start(
     work: &Path,
     options: &Options,
     observer: &mut dyn Observer,
-) -> Result<(Done, String), ProgramError> {
+) -> Result<(Done, String)> {
     let work = &fs::canonicalize(work).map_err(failed("find", work))?;
     // YADE ends with an error of its own where its home is not text.
     if work.to_str().is_none() {
+        let folder = work.display();
         return Err(lacks(format!(
-            "way to work in a folder whose name is not UTF-8 text, {}",
-            work.display()
+            "way to work in a folder whose name is not UTF-8 text, {folder}"
         )));
     }
     let home = work.join("home");
@@ -352,7 +348,7 @@ fn start(
 }
 
 /// The version, once the script has said it.
-fn hello(work: &Path) -> Result<Option<String>, ProgramError> {
+fn hello(work: &Path) -> Result<Option<String>> {
     #[derive(Deserialize)]
     struct Hello {
         version: String,
@@ -391,7 +387,7 @@ pub struct Installation {
 const LONGEST_LINE: u64 = 4096;
 
 /// Finds YADE: `program` if given, else the variable `CROSSGRAIN_YADE`, else `yade` on the path.
-pub fn find(program: Option<&Path>) -> Result<Installation, ProgramError> {
+pub fn find(program: Option<&Path>) -> Result<Installation> {
     let program = match (program, env::var_os("CROSSGRAIN_YADE")) {
         (Some(program), _) => program.to_owned(),
         (None, Some(named)) if !named.is_empty() => PathBuf::from(named),
@@ -421,7 +417,7 @@ pub fn find(program: Option<&Path>) -> Result<Installation, ProgramError> {
 }
 
 /// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
-pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, ProgramError> {
+pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf> {
     let of = find(program)?.program.with_file_name(name);
     match of.is_file() {
         true => Ok(of),
