@@ -153,9 +153,8 @@ impl Figures {
     }
 
     /// Where the tolerances of the checks that follow come from.
-    pub fn because(&mut self, basis: &'static str) -> &mut Self {
+    pub fn because(&mut self, basis: &'static str) {
         self.basis = basis;
-        self
     }
 
     /// Adds a check. `what` is `id, unit`, or `id: words, unit` where the id does not say it.
@@ -174,12 +173,10 @@ impl Figures {
         };
         let outcome = Outcome::pass_if((value - expected).abs() <= tolerance);
         let check = Check::of_words(id, &words, outcome, "");
-        let check = check.with_limits(value, expected, Some(tolerance));
-        self.checks.push(Check {
-            unit: unit.to_owned(),
-            basis: self.basis.to_owned(),
-            ..check
-        });
+        let mut check = check.with_limits(value, expected, Some(tolerance));
+        unit.clone_into(&mut check.unit);
+        self.basis.clone_into(&mut check.basis);
+        self.checks.push(check);
     }
 
     /// Adds a check that only rounding over so many steps may move, in a number of this size.
@@ -360,7 +357,6 @@ pub fn world(law: Law, dt: f64, gravity: [f64; 2], alpha: f64, [x, z]: [&[f64]; 
     }
 }
 
-/// A case of these grains.
 pub fn case(name: &str, model: Model, grains: &[Grain], moments: Vec<u64>) -> Case {
     let mut bodies = Bodies::with_capacity(grains.len());
     let rotates = model.law.rotates();

@@ -206,7 +206,7 @@ impl TableArguments {
             return Err(Error::Interrupted);
         }
         let found = Found {
-            checks: made.checks().to_vec(),
+            checks: made.checks.clone(),
             ..Found::default()
         };
         let (text, record) = record::write("conformance", &made, Machine::this().kind(), found)?;

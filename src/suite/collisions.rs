@@ -297,12 +297,9 @@ impl Rebound {
     }
 
     fn add_to(self, group: CaseGroup) -> CaseGroup {
-        let fine = HeadOn {
-            id: format!("{}/fine", self.coarse.id),
-            steps: FINER * self.coarse.steps,
-            lead: FINER * self.coarse.lead,
-            ..self.coarse.clone()
-        };
+        let mut fine = self.coarse.clone();
+        fine.id += "/fine";
+        (fine.steps, fine.lead) = (FINER * fine.steps, FINER * fine.lead);
         let runs = [self.coarse.clone(), fine];
         let case = |run: &HeadOn| run.case(vec![0, run.end(self.contact_time)]);
         group.with_all(self.coarse.id.clone(), runs.each_ref().map(case), move |tracks, figures| {

@@ -3,6 +3,8 @@
 
 pub mod table;
 
+use std::collections::BTreeSet;
+
 use clap::ValueEnum;
 use serde::Serialize;
 
@@ -19,13 +21,12 @@ use grains::generate::initial_bodies;
 use grains::native;
 use grains::scene::{Cloud, Damping, Scene, paper_scene};
 use grains::tables::{Bodies, Contact, Snapshot, Stage};
-use grains::task::{Case, Observer, StageReport, Start, Task, Until};
+use grains::task::{Case, Observer, StageReport, Task};
 use verdict::judge::{Judgement, Verdict};
 
 /// The ids of the checks of first steps begin with this.
 const FIRST_STEPS: &str = "engine/first-steps";
 
-/// All checks of an engine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Conformance {
     pub engine: Description,
@@ -53,6 +54,27 @@ impl Conformance {
     fn refused(&self) -> Option<&Check> {
         let mut checks = self.checks.iter();
         checks.find(|of| of.required && of.outcome == Outcome::Skipped)
+    }
+
+    /// Adds a check; what is no fault of the engine's own is handed back.
+    fn add(&mut self, id: &str, job: &str, said: Said) -> Result<(), EngineError> {
+        let mut refused = false;
+        let (outcome, found) = match said {
+            Ok(said) => (Outcome::Pass, said),
+            Err(Trouble::Wrong(said)) => (Outcome::Fail, said),
+            Err(Trouble::Skipped(why)) => (Outcome::Skipped, why),
+            Err(Trouble::Engine(EngineError::Program(error))) if !error.is_no_fault_of_it() => {
+                refused = matches!(error, ProgramError::Refused(_));
+                self.engine_failed |= !refused && !error.was_understood();
+                let outcome = [Outcome::Fail, Outcome::Skipped][usize::from(refused)];
+                (outcome, error.to_string())
+            }
+            Err(Trouble::Engine(error)) => return Err(error),
+        };
+        let mut check = Check::of_words(format!("engine/{id}"), job, outcome, &found);
+        check.required = refused;
+        self.checks.push(check);
+        Ok(())
     }
 
     pub fn document(&self) -> Document {
@@ -183,43 +205,12 @@ enum Trouble {
     Engine(EngineError),
 }
 
+/// What a job came to.
+type Said = Result<String, Trouble>;
+
 impl<E: Into<EngineError>> From<E> for Trouble {
     fn from(error: E) -> Self {
         Trouble::Engine(error.into())
-    }
-}
-
-impl Conformance {
-    /// Adds a check; what is no fault of the engine's own is handed back.
-    fn add(
-        &mut self,
-        id: &str,
-        job: &str,
-        said: Result<String, Trouble>,
-    ) -> Result<(), EngineError> {
-        let mut refused = false;
-        let (outcome, found) = match said {
-            Ok(said) => (Outcome::Pass, said),
-            Err(Trouble::Wrong(said)) => (Outcome::Fail, said),
-            Err(Trouble::Skipped(why)) => (Outcome::Skipped, why),
-            Err(Trouble::Engine(EngineError::Program(error))) if !error.is_no_fault_of_it() => {
-                refused = matches!(error, ProgramError::Refused(_));
-                self.engine_failed |= !refused && !error.was_understood();
-                let outcome = if refused {
-                    Outcome::Skipped
-                } else {
-                    Outcome::Fail
-                };
-                (outcome, error.to_string())
-            }
-            Err(Trouble::Engine(error)) => return Err(error),
-        };
-        let check = Check::of_words(format!("engine/{id}"), job, outcome, &found);
-        self.checks.push(Check {
-            required: refused,
-            ..check
-        });
-        Ok(())
     }
 }
 
@@ -254,7 +245,7 @@ fn has_all(missing: &[Part]) -> Result<(), Trouble> {
     Err(Trouble::Skipped(why))
 }
 
-fn against_native(engine: &Description, options: &Options, job: &Job) -> Result<String, Trouble> {
+fn against_native(engine: &Description, options: &Options, job: &Job) -> Said {
     has_all(&exec::missing_for_scene(engine, &job.scene, &job.task))?;
     let mut native = Story::default();
     let sound = native::Options::default();
@@ -268,7 +259,7 @@ fn against_native(engine: &Description, options: &Options, job: &Job) -> Result<
 }
 
 /// The same job twice must give the same bits.
-fn again(engine: &Description, options: &Options) -> Result<String, Trouble> {
+fn again(engine: &Description, options: &Options) -> Said {
     let job = bed();
     has_all(&exec::missing_for_scene(engine, &job.scene, &job.task))?;
     if in_engine(options, &job)?.moments == in_engine(options, &job)?.moments {
@@ -280,15 +271,11 @@ fn again(engine: &Description, options: &Options) -> Result<String, Trouble> {
 }
 
 /// A list of two small experiments in one start.
-fn cases(engine: &Description, options: &Options, single: bool) -> Result<String, Trouble> {
+fn cases(engine: &Description, options: &Options, single: bool) -> Said {
     let cases = two_cases();
-    let missing = cases
-        .iter()
-        .flat_map(|case| exec::missing_for_case(engine, case));
-    let mut missing: Vec<Part> = missing.collect();
-    missing.sort_unstable();
-    missing.dedup();
-    has_all(&missing)?;
+    let missing = |case| exec::missing_for_case(engine, case);
+    let missing: BTreeSet<Part> = cases.iter().flat_map(missing).collect();
+    has_all(&Vec::from_iter(missing))?;
     let work = work_folder().map_err(ProgramError::File)?;
     let asked: Vec<_> = cases.iter().collect();
     let results = exec::run_cases(&asked, engine, options, work.path())?;
@@ -302,7 +289,6 @@ fn cases(engine: &Description, options: &Options, single: bool) -> Result<String
     Ok("both as they should be".to_owned())
 }
 
-/// The contacts of one moment.
 fn contacts_agree(job: &Job, theirs: &Snapshot, native: &Snapshot) -> Result<(), String> {
     let pairs = |of: &Snapshot| -> Vec<(u32, u32)> {
         of.contacts.iter().map(|of| (of.id1, of.id2)).collect()
@@ -341,10 +327,8 @@ fn contact_agrees(job: &Job, their: &Contact, own: &Contact) -> Result<(), Strin
         ));
     }
     if !both(their.normal, own.normal) {
-        return Err(format!(
-            "{of}: normal {:?} where {:?} is right",
-            their.normal, own.normal
-        ));
+        let (found, right) = (their.normal, own.normal);
+        return Err(format!("{of}: normal {found:?} where {right:?} is right"));
     }
     // An overlap's own rounding, times the stiffness.
     let slack = own.normal_force * length / own.overlap.max(f64::MIN_POSITIVE);
@@ -458,7 +442,6 @@ fn judge_flight(job: &Job, theirs: &Story, native: &Story) -> Result<(), String>
     ))
 }
 
-/// Cundall's damping.
 fn judge_damping(job: &Job, theirs: &Story, native: &Story) -> Result<(), String> {
     let given = &job.task.start.bodies;
     let kick = job.scene.gravity * job.scene.time_step_seconds();
@@ -536,7 +519,6 @@ const GROWN: f64 = 1.0e3;
 /// What the numbers of a run look like, if they are wrong; held against the native run.
 type Judge = fn(&Job, &Story, &Story) -> Result<(), String>;
 
-/// One small job.
 struct Job {
     id: &'static str,
     what: &'static str,
@@ -550,12 +532,8 @@ struct Job {
 }
 
 impl Job {
-    fn new(
-        id: &'static str,
-        what: &'static str,
-        (scene, task): (Scene, Task),
-        judge: Judge,
-    ) -> Self {
+    fn new(id: &'static str, what: &'static str, run: (Scene, Task), judge: Judge) -> Self {
+        let (scene, task) = run;
         Job {
             id,
             what,
@@ -668,15 +646,13 @@ fn small_bed(grains: u32) -> Scene {
     scene
 }
 
-/// Twenty grains of one size, poured for four hundred steps.
 fn bed() -> Job {
     let scene = small_bed(20);
     let task = Task::pour(initial_bodies(&scene), 400);
     let what = "twenty grains of one size, poured for 400 steps";
-    Job {
-        slack: GROWN,
-        ..Job::new("bed", what, (scene, task), |_, _, _| Ok(()))
-    }
+    let mut job = Job::new("bed", what, (scene, task), |_, _, _| Ok(()));
+    job.slack = GROWN;
+    job
 }
 
 fn rules() -> Job {
@@ -684,10 +660,7 @@ fn rules() -> Job {
     // A rule that holds early: the energy of the cloud has fallen to nine tenths before the grains come down.
     scene.settle.kinetic_energy_fraction = 0.9;
     scene.settle.check_every = 40;
-    let task = Task {
-        until: Until::EndOfSettling,
-        ..Task::whole(initial_bodies(&scene))
-    };
+    let task = Task::settle(initial_bodies(&scene));
     let what = "ten grains until the settle rule holds";
     Job::new("rules", what, (scene, task), judge_rules)
 }
@@ -702,13 +675,8 @@ fn punch() -> Job {
         let x = 0.008 + 0.011 * f64::from(column);
         bodies.push([x, radius], [0.0; 2], radius, scene.grain_mass(radius));
     }
-    let task = Task {
-        start: Start {
-            stage: Stage::Load,
-            ..bodies.into()
-        },
-        until: Until::Step(60),
-    };
+    let mut task = Task::pour(bodies, 60);
+    task.start.stage = Stage::Load;
     let what = "the punch comes down on five grains on the floor for 60 steps";
     Job::new("punch", what, (scene, task), judge_punch)
 }

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::analytic::SpringDashpot;
 use super::collisions::HeadOn;
 use crate::suite::{self, CaseGroup, Figures, Grain, Track, View, at, furthest, rounding};
 use grains::model::Law;
@@ -388,10 +387,8 @@ impl Couple {
         let start = at(track, 0);
         let (one, two) = (start.velocity(0), start.velocity(1));
         let [approach, _] = self.components(track, [one[0] - two[0], one[1] - two[1]]);
-        let contact = SpringDashpot {
-            approach,
-            ..self.impact.contact()
-        };
+        let mut contact = self.impact.contact();
+        contact.approach = approach;
         let end = at(track, self.moments()[1]);
         let (before, after) = (start.velocity(1), end.velocity(1));
         let push = [0, 1].map(|axis| self.grains[1].mass * (after[axis] - before[axis]));

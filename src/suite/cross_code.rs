@@ -146,14 +146,10 @@ fn contacts(a: &Snapshot, b: &Snapshot) -> TableBits {
 }
 
 /// How many numbers differ over all moments, one that is missing counted as one, and how many there are.
-fn summed(
-    one: &Track,
-    other: &Track,
-    table: impl Fn(&Snapshot, &Snapshot) -> TableBits,
-) -> [usize; 2] {
-    let tables = one.iter().zip(other).map(|(a, b)| table(a, b));
+fn summed(a: &Track, b: &Track, table: impl Fn(&Snapshot, &Snapshot) -> TableBits) -> [usize; 2] {
+    let tables = a.iter().zip(b).map(|(a, b)| table(a, b));
     tables.fold(
-        [one.len().abs_diff(other.len()), 0],
+        [a.len().abs_diff(b.len()), 0],
         |[differing, numbers], of| [differing + of.differing, numbers + of.numbers],
     )
 }

@@ -56,7 +56,6 @@ pub enum Varied {
     Lists,
 }
 
-/// A case's row of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseLimits {
     pub case: String,
@@ -65,12 +64,10 @@ pub struct CaseLimits {
     pub limits: Vec<Limit>,
     /// What was different in runs in which nothing was wrong.
     pub varied: Varied,
-    /// Runs in which nothing was wrong.
     pub sound_runs: u32,
     pub false_positives: u32,
 }
 
-/// The table of detection limits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limits {
     /// The faults, as `--perturb` takes them, without their sizes.
@@ -91,7 +88,6 @@ impl Limit {
 }
 
 impl Limits {
-    /// What must hold of the table.
     pub fn checks(&self) -> Vec<Check> {
         let mut figures = Figures::default();
         figures.because("every fault must be detected by at least one case");
@@ -115,31 +111,16 @@ impl Limits {
     }
 }
 
-/// Whether the checks fail with these cases and options.
-type Fails<'a> = Box<dyn Fn(&[Case], &CaseOptions) -> bool + Sync + 'a>;
-
 /// A case of any kind, ready to be run with a fault.
 struct Subject<'a> {
     id: &'a str,
     evidence: Evidence,
     cases: &'a [Case],
-    fails: Fails<'a>,
+    /// Whether the checks fail with these cases and options.
+    fails: Box<dyn Fn(&[Case], &CaseOptions) -> bool + Sync + 'a>,
 }
 
-impl<'a> Subject<'a> {
-    fn new(
-        (id, evidence): (&'a str, Evidence),
-        cases: &'a [Case],
-        fails: impl Fn(&[Case], &CaseOptions) -> bool + Sync + 'a,
-    ) -> Self {
-        Subject {
-            id,
-            evidence,
-            cases,
-            fails: Box::new(fails),
-        }
-    }
-
+impl Subject<'_> {
     fn row(&self, faults: &[Perturbation]) -> CaseLimits {
         CaseLimits {
             case: self.id.to_owned(),
@@ -197,7 +178,6 @@ impl<'a> Subject<'a> {
         (0..SOUND_RUNS)
             .filter(|_| {
                 let options = CaseOptions {
-                    fault: None,
                     skin_over_radius: 0.02 + 0.5 * random.uniform(),
                     ..CaseOptions::default()
                 };
@@ -260,38 +240,40 @@ pub fn limits(
     let failed =
         |checks: Option<Vec<Check>>| checks.is_none_or(|checks| outcome(&checks) == Outcome::Fail);
     let probes: Vec<Case> = answers.iter().map(|of| of.probe.clone()).collect();
-    let groups = suite.groups.iter().map(|group| {
-        Subject::new(
-            (group.id, group.evidence),
-            &group.cases,
-            move |cases, options| {
-                let tracks = native_tracks(cases, options).ok();
-                failed(tracks.map(|of| group.judge(&of)))
-            },
-        )
+    let groups = suite.groups.iter().map(|group| Subject {
+        id: group.id,
+        evidence: group.evidence,
+        cases: &group.cases,
+        fails: Box::new(move |cases, options| {
+            let tracks = native_tracks(cases, options).ok();
+            failed(tracks.map(|of| group.judge(&of)))
+        }),
     });
-    let mut subjects: Vec<Subject> = groups.collect();
-    if !answers.is_empty() {
-        let about = ("parameters", Evidence::CrossCode);
-        subjects.push(Subject::new(about, &probes, |_, options| {
-            failed(parameters::checks(answers, *options).ok())
-        }));
-    }
-    let cross = suite.cross.iter().zip(in_yade).map(|(of, yade)| {
-        let about = (of.id.as_str(), Evidence::CrossCode);
-        Subject::new(about, std::slice::from_ref(&of.case), |cases, options| {
+    let asked = (!answers.is_empty()).then(|| Subject {
+        id: "parameters",
+        evidence: Evidence::CrossCode,
+        cases: &probes,
+        fails: Box::new(move |_, options| failed(parameters::checks(answers, *options).ok())),
+    });
+    let cross = suite.cross.iter().zip(in_yade).map(|(of, yade)| Subject {
+        id: &of.id,
+        evidence: Evidence::CrossCode,
+        cases: std::slice::from_ref(&of.case),
+        fails: Box::new(move |cases, options| {
             let mut cases = cases.iter();
             cases.any(|case| diverges(case, &yade.track, options))
-        })
+        }),
     });
-    subjects.extend(cross);
-    subjects.extend(precisions.map(|of| {
-        let about = ("precision", Evidence::Precision);
-        Subject::new(about, std::slice::from_ref(&of.case), move |_, options| {
+    let precision = precisions.map(|of| Subject {
+        id: "precision",
+        evidence: Evidence::Precision,
+        cases: std::slice::from_ref(&of.case),
+        fails: Box::new(move |_, options| {
             let errors = of.errors(*options).ok();
             failed(errors.map(|of| parameters::precision_checks(&of)))
-        })
-    }));
+        }),
+    });
+    let subjects: Vec<Subject> = groups.chain(asked).chain(cross).chain(precision).collect();
     let finished = AtomicUsize::new(0);
     let cases = in_parallel(subjects.len(), |index| {
         // Whoever asked for the table is told of the signal.
@@ -466,17 +448,14 @@ pub mod tests {
     fn a_check_is_named_by_its_id_and_judged_by_one_rule() {
         let mut figures = Figures::default();
         figures.case("pair/e-0.5");
-        figures
-            .because("a bound")
-            .is("contact-time, s", 1.5, 1.0, 0.5);
+        figures.because("a bound");
+        figures.is("contact-time, s", 1.5, 1.0, 0.5);
         figures.is("rest: at rest, in the end, m", f64::NAN, 0.0, f64::INFINITY);
         let checks = figures.done();
         assert_eq!(checks[0].id, "pair/e-0.5/contact-time");
         assert_eq!(checks[0].quantity, "contact time, pair/e 0.5");
-        assert_eq!(
-            (checks[0].unit.as_str(), checks[0].outcome),
-            ("s", Outcome::Pass)
-        );
+        assert_eq!(checks[0].unit, "s");
+        assert_eq!(checks[0].outcome, Outcome::Pass);
         assert_eq!(checks[1].quantity, "at rest, in the end, pair/e 0.5");
         assert_eq!(checks[1].outcome, Outcome::Fail);
     }

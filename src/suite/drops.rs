@@ -108,16 +108,10 @@ impl Ball {
 }
 
 /// A grain over a floor at this height.
-fn on_a_floor(
-    id: &str,
-    contact: &SpringDashpot,
-    grain: Grain,
-    floor: f64,
-    moments: Vec<u64>,
-) -> Case {
-    let (dt, alpha, c_n) = (contact.dt, contact.alpha, contact.dashpot);
-    let springs = suite::springs(contact.stiffness / grain.radius);
-    let law = match contact.ends {
+fn on_a_floor(id: &str, of: &SpringDashpot, grain: Grain, floor: f64, moments: Vec<u64>) -> Case {
+    let (dt, alpha, c_n) = (of.dt, of.alpha, of.dashpot);
+    let springs = suite::springs(of.stiffness / grain.radius);
+    let law = match of.ends {
         Some(tension) if c_n != 0.0 => {
             suite::with_viscosity(springs, Viscosity::Dashpot { c_n, tension })
         }
@@ -284,10 +278,8 @@ fn repeated_bounces() -> CaseGroup {
             }
             // The top of the last bounce over a rigid floor, m above the lowest place of the centre:
             // (h₀ − R)e^{2n} with the e of the clipped dashpot where nothing weighs.
-            let weightless = SpringDashpot {
-                pull: 0.0,
-                ..floors[0].contact(1.0)
-            };
+            let mut weightless = floors[0].contact(1.0);
+            weightless.pull = 0.0;
             let speed = weightless.release().speed;
             let rigid = (HEIGHT - RADIUS) * speed.powi(2 * count as i32);
             let [soft, stiff] = last.map(|top| (top - RADIUS) / rigid);
@@ -320,11 +312,8 @@ fn damped_bounces() -> CaseGroup {
         (5.0e4, 0.3, 3),
         (5.0e5, 0.3, 3),
     ] {
-        let ball = Ball {
-            id: format!("k-{stiffness:e}/alpha-{alpha}"),
-            alpha,
-            ..Ball::new(stiffness, 1.0, Tension::Clipped, 5.0e-5)
-        };
+        let mut ball = Ball::new(stiffness, 1.0, Tension::Clipped, 5.0e-5);
+        (ball.id, ball.alpha) = (format!("k-{stiffness:e}/alpha-{alpha}"), alpha);
         let ratio: f64 = (1.0 - alpha) / (1.0 + alpha);
         // Half way up in each bounce; to find it, the floor may count as weightless.
         let fall = |height: f64| (2.0 * height / (GRAVITY * (1.0 - alpha))).sqrt();

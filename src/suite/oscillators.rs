@@ -211,10 +211,8 @@ fn order() -> CaseGroup {
 fn local_damping() -> CaseGroup {
     const STEPS: u64 = 4000;
     let turn = 0.005;
-    let swing = SpringDashpot {
-        alpha: ALPHA,
-        ..SpringDashpot::oscillator(OMEGA, turn / OMEGA)
-    };
+    let mut swing = SpringDashpot::oscillator(OMEGA, turn / OMEGA);
+    swing.alpha = ALPHA;
     let start = State::new(0, AMPLITUDE, 0.0);
     let turns = swing.turns(start, STEPS - 1);
     let moments = [&turns[..], &[STEPS]].concat();

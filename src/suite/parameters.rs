@@ -55,12 +55,10 @@ pub fn probe(scene: &Scene) -> Case {
     let mean = 0.5 * scene.particles.mean_diameter;
     let [small, large] = [-1.0, 1.0].map(|sign| mean * (1.0 + sign * scene.particles.dispersion));
     let grain = |position: [f64; 2], radius: f64| {
-        let mass = scene.grain_mass(radius);
-        Grain {
-            mass,
-            inertia: scene.grain_inertia(radius, mass),
-            ..Grain::disc(position, radius, 0.0)
-        }
+        let mut grain = Grain::disc(position, radius, 0.0);
+        grain.mass = scene.grain_mass(radius);
+        grain.inertia = scene.grain_inertia(radius, grain.mass);
+        grain
     };
     // Touching by a hundredth of a radius, floors of four radii apart.
     let floor = |index: usize| (4.0 * index as f64 + 3.0) * large;
@@ -120,14 +118,11 @@ pub struct Answer {
 
 /// A check for each scene, the largest relative difference of its parameters, from the native engine with these options against
 /// YADE's answers.
-pub fn checks(
-    answers: &[Answer],
-    options: impl Into<CaseOptions>,
-) -> Result<Vec<Check>, NativeError> {
+pub fn checks(of: &[Answer], options: impl Into<CaseOptions>) -> Result<Vec<Check>, NativeError> {
     let options = options.into();
     let mut figures = Figures::default();
     figures.because("the same formulas of the same numbers");
-    for Answer { name, probe, yade } in answers {
+    for Answer { name, probe, yade } in of {
         let native = native::effective(probe, options)?;
         let pairs = side_by_side(list(probe, &native), &list(probe, yade));
         let differences = pairs
@@ -170,12 +165,10 @@ pub fn pair_checks(pairs: &[ParameterPair]) -> Vec<Check> {
         let check = Check::of_words(id, &what, Outcome::pass_if(pair.agrees()), found);
         let method = "the native engine's parameter against the one that YADE says it uses";
         let basis = "the same formulas of the same numbers, which may round once";
-        Check {
-            unit: native.unit.to_owned(),
-            ..check
-                .with_limits(native.value, yade, Some(TOLERANCE * yade.abs()))
-                .judged_by(method, basis)
-        }
+        let check = check.with_limits(native.value, yade, Some(TOLERANCE * yade.abs()));
+        let mut check = check.judged_by(method, basis);
+        native.unit.clone_into(&mut check.unit);
+        check
     };
     pairs.iter().map(check).collect()
 }

@@ -41,11 +41,8 @@ impl Ball {
     /// A ball of this radius (m), mass (kg) and share I/(mR²) that bears this weight (N) at this k_n (N/m).
     fn new(x: f64, [radius, mass, share]: [f64; 3], weight: f64, stiffness: f64) -> Self {
         let overlap = weight / stiffness;
-        let grain = Grain {
-            mass,
-            inertia: share * mass * radius * radius,
-            ..Grain::disc([x, radius - overlap], radius, 0.0)
-        };
+        let mut grain = Grain::disc([x, radius - overlap], radius, 0.0);
+        (grain.mass, grain.inertia) = (mass, share * mass * radius * radius);
         Ball {
             grain,
             overlap,

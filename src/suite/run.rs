@@ -57,7 +57,6 @@ pub enum Role {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseResult {
     pub id: String,
-    /// What it shows.
     pub title: String,
     pub evidence: Evidence,
     pub role: Role,
@@ -103,11 +102,9 @@ impl CaseResult {
     fn with_a_check(mut self) -> Self {
         if self.checks.is_empty() {
             let id = self.check_id();
-            let check = Check::of_words(id, &self.title, self.outcome, &self.reason);
-            self.checks.push(Check {
-                required: !self.inapplicable,
-                ..check
-            });
+            let mut check = Check::of_words(id, &self.title, self.outcome, &self.reason);
+            check.required = !self.inapplicable;
+            self.checks.push(check);
         }
         self
     }
@@ -199,24 +196,23 @@ pub struct Verification {
     pub cases: Vec<CaseResult>,
     pub errors: Vec<Errors>,
     /// The stress inside Figure 4's disc.
-    pub disc: DiscFigures,
+    pub disc: Option<DiscFigures>,
     pub limits: Option<Limits>,
     pub tally: Tally,
 }
 
 impl Verification {
     fn new(command: &str, cases: Vec<CaseResult>) -> Self {
-        let tally = Tally::of(&cases);
         Verification {
             crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
             yade: None,
             exec: None,
+            tally: Tally::of(&cases),
             cases,
             errors: Vec::new(),
             disc: DiscFigures::of(&figure_4()),
             limits: None,
-            tally,
         }
     }
 
@@ -260,7 +256,6 @@ pub struct Suite {
     pub cross: Vec<CrossCase>,
 }
 
-/// What YADE made of the suite.
 #[derive(Default)]
 struct RunInYade {
     version: Option<String>,
@@ -282,7 +277,6 @@ impl Suite {
         }
     }
 
-    /// Every group in the native engine.
     pub fn run_native(&self) -> Vec<CaseResult> {
         let sound = CaseOptions::default();
         let run = |group: &CaseGroup| {
@@ -433,7 +427,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Engi
                 task.done("YADE is missing");
                 cases.extend(suite.without_yade(&error.to_string(), role));
             }
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(error),
         }
     }
     let RunInYade { cross, answers, .. } = &in_yade;
@@ -446,7 +440,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Engi
         cases.push(match parameters::run_precisions(case, &options.yade) {
             Ok(measured) => {
                 task.done("done");
-                errors = measured.errors(None).map_err(EngineError::from)?;
+                errors = measured.errors(None)?;
                 precisions = Some(measured);
                 of_precision().judged(Ok(parameters::precision_checks(&errors)))
             }
@@ -498,17 +492,16 @@ pub fn verify_exec(
         task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
     })?;
     task.done("done");
-    let mut found = Verification::new(command, cases);
-    found.exec = Some(engine);
-    Ok(found)
+    Ok(Verification {
+        exec: Some(engine),
+        ..Verification::new(command, cases)
+    })
 }
 
 impl Verification {
     pub fn document(&self) -> Document {
-        let yade = match &self.yade {
-            Some(version) => format!(" YADE {version} ran live."),
-            None => String::new(),
-        };
+        let live = |version| format!(" YADE {version} ran live.");
+        let yade = self.yade.as_ref().map_or(String::new(), live);
         Document {
             title: "Verification suite: every contact law against what is known of it".to_owned(),
             verdict: self.verdict(),
@@ -527,7 +520,7 @@ impl Verification {
             let answer = "Native and YADE round alike; 11 more bits make the error smaller by about 2¹¹, so it is rounding and nothing else.";
             sections.push(Section::new("Rounding", answer).with(errors(&self.errors)));
         }
-        sections.push(self.disc());
+        sections.extend(self.disc.as_ref().map(inside_a_disc));
         sections
     }
 
@@ -575,32 +568,31 @@ impl Verification {
         let section = Section::new("The engine", format!("{} ran the suite.", engine.label()));
         Some(section.with_all(engine.approximations.clone()))
     }
+}
 
-    fn disc(&self) -> Section {
-        let of = &self.disc;
-        let square = "field averaged over the control square of side R at the centre";
-        let stresses = [
-            ("Σ/V of the contact forces", of.contact),
-            ("field averaged over the disc, by quadrature", of.disc),
-            (square, of.square),
-            ("Σ over the cell of side 2R: Table 3", of.cell),
-        ];
-        let title = "Stresses of Figure 4's disc, tension positive";
-        let table = Table::of("disc", title, &stresses)
-            .column("stress", |(name, _)| *name)
-            .column("σ_xx, Pa", |(_, stress)| stress[0])
-            .column("σ_zz, Pa", |(_, stress)| stress[1])
-            .column("σ_xz, Pa", |(_, stress)| stress[2]);
-        Section::new(
-            "Inside a grain: the disc of Figure 4",
-            "The paper computes a grain's stress from its contact forces and gives it to control volumes around it (section 3.3, \
-             second bullet). The elastic field inside the disc, in closed form, averages to Σ/V over the grain, as it must. Over \
-             the square at the centre it does not: the middle of a disc bears more of the vertical stress than its rim, and the \
-             voids outside bear none. Giving the grain's Σ to a control square in proportion to its volume is a convention, not \
-             the stress in that square.",
-        )
-        .with(table)
-    }
+fn inside_a_disc(of: &DiscFigures) -> Section {
+    let square = "field averaged over the control square of side R at the centre";
+    let stresses = [
+        ("Σ/V of the contact forces", of.contact),
+        ("field averaged over the disc, by quadrature", of.disc),
+        (square, of.square),
+        ("Σ over the cell of side 2R: Table 3", of.cell),
+    ];
+    let title = "Stresses of Figure 4's disc, tension positive";
+    let table = Table::of("disc", title, &stresses)
+        .column("stress", |(name, _)| *name)
+        .column("σ_xx, Pa", |(_, stress)| stress[0])
+        .column("σ_zz, Pa", |(_, stress)| stress[1])
+        .column("σ_xz, Pa", |(_, stress)| stress[2]);
+    Section::new(
+        "Inside a grain: the disc of Figure 4",
+        "The paper computes a grain's stress from its contact forces and gives it to control volumes around it (section 3.3, \
+         second bullet). The elastic field inside the disc, in closed form, averages to Σ/V over the grain, as it must. Over \
+         the square at the centre it does not: the middle of a disc bears more of the vertical stress than its rim, and the \
+         voids outside bear none. Giving the grain's Σ to a control square in proportion to its volume is a convention, not \
+         the stress in that square.",
+    )
+    .with(table)
 }
 
 fn detection(limits: &Limits) -> Section {

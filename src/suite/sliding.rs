@@ -87,14 +87,8 @@ struct Slide {
 
 impl Slide {
     /// Without a dashpot.
-    fn new(
-        id: String,
-        grain: Grain,
-        arms: Arms,
-        stiffness: f64,
-        [ratio, tan_phi]: [f64; 2],
-    ) -> Self {
-        let mut impact = HeadOn::new(id, grain, None, stiffness, -grain.velocity[1]);
+    fn new(id: String, grain: Grain, arms: Arms, k_n: f64, [ratio, tan_phi]: [f64; 2]) -> Self {
+        let mut impact = HeadOn::new(id, grain, None, k_n, -grain.velocity[1]);
         impact.lead = 5.5;
         Slide {
             impact,
@@ -460,11 +454,7 @@ fn sticking() -> CaseGroup {
 
 /// How much slip a new contact is given, of a ball that touches a wall between two steps; the friction is too high for it to
 /// slide at once.
-fn first_slip(
-    id: &'static str,
-    title: &'static str,
-    new_contact_slip: NewContactSlip,
-) -> CaseGroup {
+fn first_slip(id: &'static str, title: &'static str, given: NewContactSlip) -> CaseGroup {
     /// k_n, N/m, and k_s over it.
     const STIFFNESS: f64 = 1.0e5;
     const RATIO: f64 = 0.4;
@@ -482,7 +472,7 @@ fn first_slip(
     let place = WALL + RADIUS + LEAD * DT * SPEEDS[1];
     let overlap = WALL + RADIUS - (place - first as f64 * DT * SPEEDS[1]);
     let mut law = suite::friction(STIFFNESS / RADIUS, RATIO, 1.5);
-    law.contact.new_contact_slip = new_contact_slip;
+    law.contact.new_contact_slip = given;
     let model = suite::world(law, DT, [0.0; 2], 0.0, [&[], &[WALL]]);
     let ball = Grain::sphere([0.0, place], RADIUS, 2500.0).moving([SPEEDS[0], -SPEEDS[1]]);
     let case = suite::case("first slip", model, &[ball], vec![first]);
@@ -490,7 +480,7 @@ fn first_slip(
         // Slip of the undeformed surface, as the default law has it: stretched, and so is the approach that
         // the time since touch is told from.
         let stretch = 2.0 * RADIUS / (2.0 * RADIUS - overlap);
-        let slip = match new_contact_slip {
+        let slip = match given {
             NewContactSlip::WholeStep => stretch * SPEEDS[0] * DT,
             NewContactSlip::SinceTouch => SPEEDS[0] / SPEEDS[1] * overlap,
         };

@@ -1,6 +1,6 @@
 //! The conformance table: engines before one judge, each with what it cannot express.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -83,7 +83,6 @@ impl FromStr for Candidate {
     }
 }
 
-/// What the table is made with.
 #[derive(Debug, Clone)]
 pub struct Options {
     pub grains: u32,
@@ -103,7 +102,7 @@ pub struct ConformanceTable {
     /// In the order in which they were named.
     pub engines: Vec<Row>,
     #[serde(skip)]
-    checks: Vec<Check>,
+    pub checks: Vec<Check>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -132,15 +131,11 @@ pub fn table(
         engines: Vec::new(),
         checks: Vec::new(),
     };
-    let mut beds: Vec<(f64, Beds)> = Vec::new();
+    let mut beds = BTreeMap::new();
     for candidate in candidates {
         let dispersion = options.dispersion.unwrap_or(candidate.dispersion());
-        if !beds.iter().any(|(of, _)| *of == dispersion) {
-            let grains = options.grains;
-            beds.push((dispersion, Beds::new(grains, dispersion)));
-        }
-        let of_bed = beds.iter().find(|(of, _)| *of == dispersion);
-        let Some((_, beds)) = of_bed else { continue };
+        let known = beds.entry(dispersion.to_bits());
+        let beds = known.or_insert_with(|| Beds::new(options.grains, dispersion));
         let key = candidate.key();
         let mut progress = |what: &str| progress(&format!("{key}: {what}"));
         let (found, not_installed) = match judged(candidate, beds, options, &mut progress) {
@@ -181,10 +176,8 @@ fn judged(
     let limits = &options.yade.limits;
     match candidate {
         Candidate::Yade { sorted } => {
-            let yade = yade::Options {
-                sorted: *sorted,
-                ..options.yade.clone()
-            };
+            let mut yade = options.yade.clone();
+            yade.sorted = *sorted;
             of_yade(&yade, beds, progress)
         }
         Candidate::Adapter(adapter) => {
@@ -218,7 +211,6 @@ impl Row {
         Some(self.judgement()?.farthest()?.farthest.as_ref()?.ratio)
     }
 
-    /// In a few sentences.
     fn said(&self) -> String {
         match (&self.not_installed, self.judgement(), &self.found) {
             (Some(why), ..) => why.clone(),
@@ -276,10 +268,6 @@ impl Row {
 }
 
 impl ConformanceTable {
-    pub fn checks(&self) -> &[Check] {
-        &self.checks
-    }
-
     pub fn document(&self) -> Document {
         let engines = Table::of("engines", "", &self.engines)
             .column("engine", |of: &Row| &of.name)
