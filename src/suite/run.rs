@@ -196,7 +196,7 @@ pub struct Verification {
     pub cases: Vec<CaseResult>,
     pub errors: Vec<Errors>,
     /// The stress inside Figure 4's disc.
-    pub disc: Option<DiscFigures>,
+    pub disc: DiscFigures,
     pub limits: Option<Limits>,
     pub tally: Tally,
 }
@@ -520,7 +520,7 @@ impl Verification {
             let answer = "Native and YADE round alike; 11 more bits make the error smaller by about 2¹¹, so it is rounding and nothing else.";
             sections.push(Section::new("Rounding", answer).with(errors(&self.errors)));
         }
-        sections.extend(self.disc.as_ref().map(inside_a_disc));
+        sections.push(inside_a_disc(&self.disc));
         sections
     }
 

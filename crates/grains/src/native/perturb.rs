@@ -19,14 +19,17 @@ use crate::tables::Bodies;
 #[serde(try_from = "String", into = "String")]
 pub enum Perturbation {
     /// The quantity of this name is multiplied by 1 + the size.
-    Sized(&'static str, f64),
-    Switched(&'static str),
+    Sized(Name, f64),
+    Switched(Name),
     /// The same steps take so many times as long, 1 to 100: a fault that no result shows, only a clock.
     Slowed(f64),
 }
 
+/// Of a fault in the tables below.
+pub type Name = &'static str;
+
 /// Faults by their names.
-type Faults<T> = [(&'static str, T)];
+type Faults<T> = [(Name, T)];
 
 /// What can be a little wrong, and what multiplies it by a factor.
 const QUANTITIES: &Faults<fn(&mut Constants, &mut Bodies, f64)> = &[
@@ -135,7 +138,7 @@ fn right_wall(constants: &mut Constants, change: impl FnOnce(&mut Wall)) {
     }
 }
 
-fn named<T: Copy>(table: &Faults<T>, name: &str) -> Option<(&'static str, T)> {
+fn named<T: Copy>(table: &Faults<T>, name: &str) -> Option<(Name, T)> {
     table.iter().find(|of| of.0 == name).copied()
 }
 
@@ -157,12 +160,12 @@ pub struct PerturbationError {
 
 impl Perturbation {
     /// The names of all quantities that can be a little wrong.
-    pub fn quantities() -> impl Iterator<Item = &'static str> {
+    pub fn quantities() -> impl Iterator<Item = Name> {
         QUANTITIES.iter().map(|of| of.0)
     }
 
     /// The names of all things that can be done in another way.
-    pub fn switches() -> impl Iterator<Item = &'static str> {
+    pub fn switches() -> impl Iterator<Item = Name> {
         SWITCHES.iter().map(|of| of.0)
     }
 
