@@ -12,7 +12,18 @@ use verdict::judge::Verdict;
 
 /// What a check came to.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+    Debug,
+    Clone,
+    Copy,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -21,6 +32,7 @@ pub enum Outcome {
     /// It does not.
     Fail,
     /// It was not made, or nothing was expected of it; never counted as passed.
+    #[default]
     Skipped,
     /// It does not hold and is known not to, for the reason that is given with it; were it to hold, it would fail.
     ExpectedFailure,
@@ -48,6 +60,15 @@ impl Outcome {
             Outcome::Fail => "FAIL",
             Outcome::Skipped => "skipped",
             Outcome::ExpectedFailure => "expected failure",
+        }
+    }
+
+    /// As the verdict of a job.
+    pub fn verdict(self) -> &'static str {
+        match self {
+            Outcome::Pass => "Agreed",
+            Outcome::Fail => "Different",
+            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
         }
     }
 
@@ -88,7 +109,7 @@ pub fn verdict<'a>(checks: impl IntoIterator<Item = &'a Check>) -> Outcome {
 }
 
 /// One check.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Check {
     /// Lasting and unique in its record: parts from the general to the special with `/` between them. A baseline finds a check
@@ -130,17 +151,10 @@ impl Check {
             id: id.into(),
             quantity: quantity.to_owned(),
             unit: "1".to_owned(),
-            value: None,
-            expected: None,
-            lower: None,
-            upper: None,
-            method: String::new(),
-            basis: String::new(),
             n: 1,
-            interval: None,
             outcome,
             found: found.to_owned(),
-            required: false,
+            ..Check::default()
         }
     }
 
@@ -168,9 +182,7 @@ impl Check {
         basis.clone_into(&mut self.basis);
         self
     }
-}
 
-impl Check {
     /// What is measured, its value, what it must be, and what was found.
     pub fn in_a_line(&self) -> String {
         let mut line = self.quantity.clone();
@@ -189,17 +201,6 @@ impl Check {
             line += &format!("; {}", self.found);
         }
         line
-    }
-}
-
-impl Outcome {
-    /// As the verdict of a job.
-    pub fn verdict(self) -> &'static str {
-        match self {
-            Outcome::Pass => "Agreed",
-            Outcome::Fail => "Different",
-            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
-        }
     }
 }
 

@@ -139,6 +139,17 @@ fn print(text: &str) -> Result<(), Error> {
     Ok(out.flush()?)
 }
 
+/// A command with those of its options that were given.
+fn with_options<const N: usize>(verb: &str, options: [Option<String>; N]) -> String {
+    let given = options.into_iter().flatten();
+    given.fold(verb.to_owned(), |all, option| all + " " + &option)
+}
+
+/// A flag for it.
+fn flag(given: bool, words: &str) -> Option<String> {
+    given.then(|| words.to_owned())
+}
+
 /// A value as pretty JSON with a newline.
 fn json(value: &impl serde::Serialize) -> Result<String, Error> {
     serde_json::to_string_pretty(value)

@@ -62,11 +62,10 @@ pub struct Tile {
 /// A picture that is no plot: a bed, a field, a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawing {
-    /// Of its files; unique in its document.
-    pub name: String,
     pub caption: String,
     /// The picture, which needs nothing else.
     pub svg: String,
+    /// What is drawn, as numbers; its name is the picture's.
     pub table: Table,
 }
 
@@ -100,7 +99,6 @@ impl Section {
         self
     }
 
-    /// With several more blocks.
     #[must_use]
     pub fn with_all(self, blocks: impl IntoIterator<Item = impl Into<Block>>) -> Self {
         blocks.into_iter().fold(self, Section::with)

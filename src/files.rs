@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{Read, Write};
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -37,6 +37,9 @@ pub enum FileError {
     NotRead { path: PathBuf },
     #[error("{path} exists already; give another name, nothing is overwritten")]
     Exists { path: PathBuf },
+    /// What it holds cannot be used: why, and what to do.
+    #[error("{0}")]
+    Unfit(String),
 }
 
 impl FileError {
@@ -239,15 +242,9 @@ pub fn locked(path: &Path) -> Result<fs::File, FileError> {
     }
 }
 
-/// The right to write into a folder, for one process at a time; given back with the value.
-#[derive(Debug)]
-pub struct FolderLock(#[expect(dead_code, reason = "held open, never used")] fs::File);
-
-impl FolderLock {
-    /// Of a folder that is there.
-    pub fn of(folder: &Path) -> Result<Self, FileError> {
-        locked(&folder.join(".crossgrain.lock")).map(FolderLock)
-    }
+/// The right to write into a folder that is there, for one process at a time; given back with the value.
+pub fn folder_lock(folder: &Path) -> Result<fs::File, FileError> {
+    locked(&folder.join(".crossgrain.lock"))
 }
 
 /// A temporary folder on the file system of `path`, whose parents are made; gone with the value.
@@ -349,13 +346,7 @@ fn parent_of(path: &Path) -> PathBuf {
 
 /// Temporary files are private to their owner; results are not secrets.
 fn readable_by_all(path: &Path) {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let mode = if path.is_dir() { 0o755 } else { 0o644 };
-        // A file system without modes is no reason to lose a result.
-        let _ = fs::set_permissions(path, fs::Permissions::from_mode(mode));
-    }
-    #[cfg(not(unix))]
-    let _ = path;
+    let mode = if path.is_dir() { 0o755 } else { 0o644 };
+    // A file system without modes is no reason to lose a result.
+    let _ = fs::set_permissions(path, fs::Permissions::from_mode(mode));
 }

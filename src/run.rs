@@ -17,7 +17,7 @@ use crate::progress::{self, Display, say};
 use crate::run::folder::record::{
     EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, Softened, StepChoice, TraceRow,
 };
-use crate::run::folder::{FolderError, Moment, RunFolder, has_room_for_history};
+use crate::run::folder::{Moment, RunFolder, has_room_for_history};
 use grains::generate::initial_bodies;
 use grains::measure::{self, HistoryRow};
 use grains::model::ModelRecord;
@@ -280,11 +280,7 @@ pub enum KeptError {
     #[error(transparent)]
     Engine(#[from] EngineError),
     #[error(transparent)]
-    Folder(#[from] FolderError),
-    #[error(transparent)]
     File(#[from] FileError),
-    #[error("{} cannot go on: {reason}", path.display())]
-    NotResumed { path: PathBuf, reason: String },
     #[error(
         "it was asked to end in step {step} of stage {}, and {} has what there is; go on with crossgrain run SCENE --engine native \
          --from-state {} --out DIR", .stage.name(), out.display(), out.display()
@@ -323,10 +319,11 @@ pub fn prepared(
     let mut progress = |stage, step, share| task.run(stage, step, share);
     let work = folder_aside(out)?;
     if let Some((before, path)) = preparation.before {
-        let not_resumed = |reason| KeptError::NotResumed { path, reason };
+        let path = path.display();
+        let not_resumed = |reason| FileError::Unfit(format!("{path} cannot go on: {reason}"));
         let Engine::Native(options) = engine else {
             let reason = "only the native engine goes on from a state".to_owned();
-            return Err(not_resumed(reason));
+            return Err(not_resumed(reason).into());
         };
         let rest = parts::rest(&before, scene, options, protocol);
         let (rest, made) = rest.map_err(not_resumed)?;

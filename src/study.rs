@@ -37,7 +37,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use crate::checks::Measured;
-use crate::checks::record::{Record, RecordError};
+use crate::checks::record::{Record, malformed};
 use crate::document::Document;
 use crate::engine::EngineError;
 use crate::exit;
@@ -162,8 +162,6 @@ pub enum StudyError {
     Engine(#[from] EngineError),
     #[error(transparent)]
     File(#[from] FileError),
-    #[error(transparent)]
-    Record(#[from] RecordError),
 }
 
 impl StudyError {
@@ -193,7 +191,6 @@ impl StudyError {
             StudyError::EnginesFailed { .. } => exit::ENGINE_FAILED,
             StudyError::Engine(error) => error.exit_code(),
             StudyError::File(error) => error.exit_code(),
-            StudyError::Record(error) => error.exit_code(),
         }
     }
 }
@@ -232,10 +229,8 @@ pub struct Judged {
 
 impl Judged {
     pub fn of(kind: &str, record: &impl Serialize, document: Document) -> Result<Self, StudyError> {
-        let own = serde_json::to_value(record).map_err(|error| RecordError::Malformed {
-            path: format!("the record of {kind}"),
-            reason: error.to_string(),
-        })?;
+        let broken = |error| malformed(&format!("the record of {kind}"), error);
+        let own = serde_json::to_value(record).map_err(broken)?;
         Ok(Judged {
             own,
             measured: Vec::new(),

@@ -358,7 +358,7 @@ pub fn world(law: Law, dt: f64, gravity: [f64; 2], alpha: f64, [x, z]: [&[f64]; 
 }
 
 pub fn case(name: &str, model: Model, grains: &[Grain], moments: Vec<u64>) -> Case {
-    let mut bodies = Bodies::with_capacity(grains.len());
+    let mut bodies = Bodies::default();
     let rotates = model.law.rotates();
     for grain in grains {
         bodies.push(grain.position, grain.velocity, grain.radius, grain.mass);

@@ -1,11 +1,10 @@
 //! The tables as CSV text: the shortest decimal that reads back to the same bits.
 
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::exit;
 use crate::files::{FileError, read_text, write_whole};
 use grains::tables::{Bodies, BodyIds, Contact, Remembered, tangential};
 
@@ -15,33 +14,6 @@ const LONGEST_ROW: u64 = 300;
 /// Bytes that so many rows may take, with their header.
 pub fn room_for(rows: u64) -> u64 {
     (rows + 1) * LONGEST_ROW
-}
-
-/// A table that cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error("{path} is not a table of the expected columns: {reason}")]
-    Format { path: PathBuf, reason: String },
-    #[error("{path}: row {row} has {key} = {value}, which must be {wanted}")]
-    Value {
-        path: PathBuf,
-        row: usize,
-        key: &'static str,
-        value: String,
-        wanted: &'static str,
-    },
-}
-
-impl TableError {
-    /// What to tell a script.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            TableError::File(error) => error.exit_code(),
-            TableError::Format { .. } | TableError::Value { .. } => exit::USAGE,
-        }
-    }
 }
 
 #[derive(Deserialize)]
@@ -60,7 +32,7 @@ struct BodyRow {
     inertia: Option<f64>,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ContactRow {
     id1: u32,
@@ -75,7 +47,7 @@ struct ContactRow {
 }
 
 /// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate.
-pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), TableError> {
+pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), FileError> {
     let mut header = vec!["id", "x", "z", "vx", "vz", "radius", "mass"];
     let mut columns = vec![
         &bodies.x,
@@ -98,79 +70,57 @@ pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), TableError> {
 
 /// Reads `count` grains; ids must be 0, 1, 2, … and every value finite, radii, masses and moments of
 /// inertia above 0; all grains rotate or none does.
-pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, TableError> {
+pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, FileError> {
     let rows: Vec<BodyRow> = read_rows(path, room_for(u64::from(count)))?;
-    let mut bodies = Bodies::with_capacity(rows.len());
+    let mut bodies = Bodies::default();
     for (row, of) in rows.iter().enumerate() {
-        let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
-        if of.id as usize != row {
-            return bad("id", of.id.to_string(), "the row's number, from 0 on");
-        }
+        let ensure = rules_of(path, row);
+        let is_next = of.id as usize == row;
+        ensure(is_next, "id", &of.id, "the row's number, from 0 on")?;
         let spin = of.spin.unwrap_or(0.0);
         let values = [of.x, of.z, of.vx, of.vz, spin];
         for (key, value) in ["x", "z", "vx", "vz", "spin"].into_iter().zip(values) {
-            if !value.is_finite() {
-                return bad(key, value.to_string(), "finite");
-            }
+            ensure(value.is_finite(), key, &value, "finite")?;
         }
         let inertia = of.inertia.unwrap_or(1.0);
         let values = [of.radius, of.mass, inertia];
         for (key, value) in ["radius", "mass", "inertia"].into_iter().zip(values) {
-            if !(value.is_finite() && value > 0.0) {
-                return bad(key, value.to_string(), "finite and above 0");
-            }
+            let is_size = value.is_finite() && value > 0.0;
+            ensure(is_size, key, &value, "finite and above 0")?;
         }
         bodies.push([of.x, of.z], [of.vx, of.vz], of.radius, of.mass);
-        match (of.spin, of.inertia) {
-            (None, None) => {}
-            (Some(spin), Some(inertia)) => {
-                bodies.spin.push(spin);
-                bodies.inertia.push(inertia);
-            }
-            _ => return bad("spin", "alone".to_owned(), "given with an inertia"),
-        }
-        if bodies.rotate() && bodies.spin.len() != bodies.len() {
-            return bad(
-                "spin",
-                "nothing".to_owned(),
-                "given in every row or in none",
-            );
-        }
+        let both = of.spin.is_some() == of.inertia.is_some();
+        ensure(both, "spin", &"alone", "given with an inertia")?;
+        bodies.spin.extend(of.spin);
+        bodies.inertia.extend(of.inertia);
+        let in_all = !bodies.rotate() || bodies.spin.len() == bodies.len();
+        ensure(in_all, "spin", &"nothing", "given in every row or in none")?;
     }
     Ok(bodies)
 }
 
-/// A value that its column cannot have, in the row with this index.
-fn bad_value(
+/// Says which value is not as it must be in the row with this index: whether it is, its column, itself, what it must be.
+fn rules_of(
     path: &Path,
     row: usize,
-    key: &'static str,
-    value: String,
-    wanted: &'static str,
-) -> TableError {
-    TableError::Value {
-        path: path.to_owned(),
-        row: row + 1,
-        key,
-        value,
-        wanted,
+) -> impl Fn(bool, &str, &dyn Display, &str) -> Result<(), FileError> {
+    move |holds, key, value, wanted| match holds {
+        true => Ok(()),
+        false => Err(FileError::Unfit(format!(
+            "{}: row {} has {key} = {value}, which must be {wanted}",
+            path.display(),
+            row + 1
+        ))),
     }
 }
 
 const CONTACT_COLUMNS: [&str; 9] = ["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"];
 
 /// Writes contacts with these columns.
-pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), TableError> {
-    let rows = contacts.iter().map(|contact| ContactRow {
-        id1: contact.id1,
-        id2: contact.id2,
-        overlap: contact.overlap,
-        r#fn: contact.normal_force,
-        ft: contact.tangential_force,
-        nx: contact.normal[0],
-        nz: contact.normal[1],
-        x: contact.point[0],
-        z: contact.point[1],
+pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), FileError> {
+    let rows = contacts.iter().map(|of| {
+        let forces = [of.overlap, of.normal_force, of.tangential_force];
+        (of.id1, of.id2, forces, of.normal, of.point)
     });
     write_rows(path, &CONTACT_COLUMNS, rows)
 }
@@ -184,37 +134,28 @@ pub fn most_contacts(grains: u32) -> u64 {
 pub const NORMAL_TOLERANCE: f64 = 1.0e-9;
 
 /// Reads the contacts between these bodies, sorted by ids, normals of length 1.
-pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableError> {
+pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, FileError> {
     let bodies = ids.punch() + 1;
     let rows: Vec<ContactRow> = read_rows(path, room_for(most_contacts(ids.grains)))?;
     let mut before = None;
     let mut contacts = Vec::with_capacity(rows.len());
     for (row, of) in rows.iter().enumerate() {
-        let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
+        let ensure = rules_of(path, row);
         for (key, id) in [("id1", of.id1), ("id2", of.id2)] {
-            if id >= bodies {
-                return bad(
-                    key,
-                    id.to_string(),
-                    "the id of a grain, a wall or the punch",
-                );
-            }
+            let wanted = "the id of a grain, a wall or the punch";
+            ensure(id < bodies, key, &id, wanted)?;
         }
         let values = [of.overlap, of.r#fn, of.ft, of.nx, of.nz, of.x, of.z];
         for (key, value) in CONTACT_COLUMNS[2..].iter().zip(values) {
-            if !value.is_finite() {
-                return bad(key, value.to_string(), "finite");
-            }
+            ensure(value.is_finite(), key, &value, "finite")?;
         }
-        if before >= Some((of.id1, of.id2)) {
-            let pair = format!("{}-{}", of.id1, of.id2);
-            return bad("pair", pair, "after the pair of the row before");
-        }
+        let is_later = before < Some((of.id1, of.id2));
+        let pair = format_args!("{}-{}", of.id1, of.id2);
+        ensure(is_later, "pair", &pair, "after the pair of the row before")?;
         before = Some((of.id1, of.id2));
-        if (of.nx.hypot(of.nz) - 1.0).abs() > NORMAL_TOLERANCE {
-            let normal = format!("({}, {})", of.nx, of.nz);
-            return bad("normal", normal, "of length 1");
-        }
+        let is_unit = (of.nx.hypot(of.nz) - 1.0).abs() <= NORMAL_TOLERANCE;
+        let normal = format_args!("({}, {})", of.nx, of.nz);
+        ensure(is_unit, "normal", &normal, "of length 1")?;
         contacts.push(Contact {
             id1: of.id1,
             id2: of.id2,
@@ -228,7 +169,7 @@ pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableErr
     Ok(contacts)
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 struct MemoryRow {
     id1: u32,
     id2: u32,
@@ -239,20 +180,14 @@ struct MemoryRow {
 }
 
 /// Writes what contacts remember with the columns `id1,id2,nx,nz,sx,sz`.
-pub fn write_memory(path: &Path, memory: &[Remembered]) -> Result<(), TableError> {
-    let rows = memory.iter().map(|of| MemoryRow {
-        id1: of.id1,
-        id2: of.id2,
-        nx: of.normal[0],
-        nz: of.normal[1],
-        sx: of.shear[0],
-        sz: of.shear[1],
-    });
+pub fn write_memory(path: &Path, memory: &[Remembered]) -> Result<(), FileError> {
+    let rows = memory.iter();
+    let rows = rows.map(|of| (of.id1, of.id2, of.normal, of.shear));
     write_rows(path, &["id1", "id2", "nx", "nz", "sx", "sz"], rows)
 }
 
 /// Reads what these contacts remember, in their order and with their normals.
-pub fn read_memory(path: &Path, contacts: &[Contact]) -> Result<Vec<Remembered>, TableError> {
+pub fn read_memory(path: &Path, contacts: &[Contact]) -> Result<Vec<Remembered>, FileError> {
     let rows: Vec<MemoryRow> = read_rows(path, room_for(contacts.len() as u64))?;
     let remembered = |of: &MemoryRow| Remembered {
         id1: of.id1,
@@ -267,53 +202,47 @@ pub fn read_memory(path: &Path, contacts: &[Contact]) -> Result<Vec<Remembered>,
     };
     if memory.len() != contacts.len() || !memory.iter().zip(contacts).all(fits) {
         let why = "it does not belong to the table of contacts";
-        return Err(format_error(path, &why));
+        return Err(unlike(path, why));
     }
     Ok(memory)
 }
 
-fn format_error(path: &Path, reason: &dyn Display) -> TableError {
-    TableError::Format {
-        path: path.to_owned(),
-        reason: reason.to_string(),
-    }
+fn unlike(path: &Path, reason: impl Display) -> FileError {
+    let path = path.display();
+    FileError::Unfit(format!(
+        "{path} is not a table of the expected columns: {reason}"
+    ))
 }
 
 /// Writes rows under this header, which has their field names in order.
 pub fn write_rows<T: Serialize>(
     path: &Path,
     header: &[&str],
-    rows: impl Iterator<Item = T>,
-) -> Result<(), TableError> {
-    let format = |error: &dyn Display| format_error(path, error);
+    mut rows: impl Iterator<Item = T>,
+) -> Result<(), FileError> {
     // The header by hand: left to the writer, a table without rows would have none.
-    let mut writer = csv::WriterBuilder::new()
-        .has_headers(false)
-        .from_writer(Vec::new());
-    writer.write_record(header).map_err(|of| format(&of))?;
-    for row in rows {
-        writer.serialize(row).map_err(|of| format(&of))?;
-    }
-    let bytes = writer.into_inner().map_err(|of| format(&of))?;
-    Ok(write_whole(path, &bytes)?)
+    let mut writer = csv::WriterBuilder::new();
+    let mut writer = writer.has_headers(false).from_writer(Vec::new());
+    let written = writer.write_record(header);
+    let written = written.and_then(|()| rows.try_for_each(|row| writer.serialize(row)));
+    written.map_err(|error| unlike(path, error))?;
+    let bytes = writer.into_inner().map_err(|error| unlike(path, error))?;
+    write_whole(path, &bytes)
 }
 
 /// Reads rows by the names in their header, from at most `limit` bytes of text.
-pub fn read_rows<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<Vec<T>, TableError> {
+pub fn read_rows<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<Vec<T>, FileError> {
     parse_rows(path, &read_text(path, limit)?)
 }
 
 /// The rows of this text; `path` says where it comes from.
-pub fn parse_rows<T: DeserializeOwned>(path: &Path, text: &str) -> Result<Vec<T>, TableError> {
+pub fn parse_rows<T: DeserializeOwned>(path: &Path, text: &str) -> Result<Vec<T>, FileError> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let rows = reader.deserialize().collect::<Result<Vec<T>, _>>();
-    let rows = rows.map_err(|error| format_error(path, &error))?;
+    let rows = rows.map_err(|error| unlike(path, error))?;
     // A file cut inside its last number would still parse.
     match text.ends_with('\n') {
         true => Ok(rows),
-        false => Err(format_error(
-            path,
-            &"its last line has no end; it was cut off",
-        )),
+        false => Err(unlike(path, "its last line has no end; it was cut off")),
     }
 }

@@ -20,33 +20,16 @@ fn code(path: &Path) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// The top-level modules that `crate::X` and `crate::{X, Y::…}` name.
-fn imported(code: &str) -> Vec<String> {
-    let first = |of: &str| -> String {
-        let is_of_it = |of: &char| of.is_alphanumeric() || *of == '_';
-        of.trim().chars().take_while(is_of_it).collect()
-    };
-    let mut names = Vec::new();
-    for (at, found) in code.match_indices("crate::") {
-        let rest = &code[at + found.len()..];
-        let Some(group) = rest.strip_prefix('{') else {
-            names.push(first(rest));
-            continue;
+/// The names after `crate::`, and of `crate::{X, Y::…}` every name.
+fn imported(code: &str) -> impl Iterator<Item = &str> {
+    let other = |of: char| !of.is_alphanumeric() && of != '_';
+    code.split("crate::").skip(1).flat_map(move |rest| {
+        let end = match rest.starts_with('{') {
+            true => rest.find(';'),
+            false => rest.find(other),
         };
-        let mut depth = 1;
-        let mut parts = String::new();
-        for letter in group.chars() {
-            depth += i32::from(letter == '{') - i32::from(letter == '}');
-            match letter {
-                _ if depth == 0 => break,
-                ',' if depth == 1 => parts.push('\n'),
-                _ if depth == 1 => parts.push(letter),
-                _ => {}
-            }
-        }
-        names.extend(parts.lines().map(first));
-    }
-    names
+        rest[..end.unwrap_or(rest.len())].split(other)
+    })
 }
 
 /// The modules in the order of the data, as `src/lib.rs` has them.
@@ -69,7 +52,7 @@ fn wrong_ways(order: &[String], files: &[(String, String)]) -> Vec<String> {
             continue;
         };
         for name in imported(code) {
-            if place(&name).is_some_and(|there| there > here) {
+            if place(name).is_some_and(|there| there > here) {
                 wrong.push(format!("{} → {name} in {file}", order[here]));
             }
         }

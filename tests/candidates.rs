@@ -51,18 +51,13 @@ fn members(plan: &Plan, law: impl Fn(&Setting, u64) -> Option<[f64; 2]>) -> Vec<
                     measured.insert(law_key(layer, family), noise - 1.0 - behind);
                 }
             }
+            let ending = match shares {
+                Some(_) => Ending::Reached,
+                None => Ending::TargetLoadNotReached,
+            };
             all.push(Member {
-                specification: setting.specification.digest(),
-                realization: cloud,
-                ending: match shares {
-                    Some(_) => Ending::Reached,
-                    None => Ending::TargetLoadNotReached,
-                },
-                pour_steps: 1,
-                load_steps: 1,
-                cost: None,
-                loaded_state: None,
                 measured,
+                ..Member::without(&setting.specification, cloud, ending)
             });
         }
     }
@@ -124,21 +119,14 @@ fn parts_and_limits_are_those_of_made_up_members() {
     let findings = found.halvings.iter();
     let findings = findings.map(|of| (of.name.as_str(), of.finding));
     let (same, other) = (Finding::Equivalent, Finding::Different);
-    let rough = [
+    let names = [
+        "without friction",
         "with friction in loading",
         "with friction, grains do not turn",
     ];
-    let names = ["without friction", rough[0], rough[1]];
-    let expected = [
-        (0, same),
-        (0, other),
-        (1, other),
-        (1, same),
-        (1, same),
-        (2, other),
-        (2, same),
-    ];
-    assert!(findings.eq(expected.map(|(name, finding)| (names[name], finding))));
+    let expected = [same, other, other, same, same, other, same];
+    let of = [0, 0, 1, 1, 1, 2, 2].map(|name| names[name]);
+    assert!(findings.eq(of.into_iter().zip(expected)));
     let halving = &found.halvings[1];
     assert_eq!((halving.reached, halving.all), ([60, 30], 60));
     let answer = found.document().answer;
@@ -216,11 +204,8 @@ fn friction_bears_the_punch_earlier() {
     let slow = changed(base, &[Speed(0.02)]);
     let without = whole(&Specification::native(slow.clone()));
     let with = whole(&Specification::native(changed(slow, &[Friction(0.5)])));
-    assert!(
-        [&with, &without]
-            .iter()
-            .all(|of| of.ending == Ending::Reached)
-    );
+    let endings = [&with, &without].map(|of| of.ending.clone());
+    assert_eq!(endings, [Ending::Reached, Ending::Reached]);
     assert!(with.load_steps < without.load_steps);
 }
 
@@ -236,11 +221,9 @@ pub fn are_sound(plan: &Plan, first: &str) -> BTreeSet<String> {
         assert!(ids.insert(&setting.id), "{}", setting.id);
         assert!(digests.insert(specification.digest()), "{}", setting.id);
     }
-    assert_eq!(
-        plan.beds.settings().next().map(|of| of.id.as_str()),
-        Some(first)
-    );
-    plan.beds.settings().map(|of| of.axis.clone()).collect()
+    let settings = || plan.beds.settings();
+    assert_eq!(settings().next().map(|of| of.id.as_str()), Some(first));
+    settings().map(|of| of.axis.clone()).collect()
 }
 
 #[test]
@@ -275,10 +258,8 @@ fn three_settings(clouds: u64) -> Plan {
 }
 
 fn rows(folder: &Path) -> Vec<Vec<Member>> {
-    let mut rows = Vec::new();
-    let folder = Folder::<Plan>::open(folder).expect("a study");
-    folder.each(|_, row| rows.push(row)).expect("rows");
-    rows
+    let rows = Folder::<Plan>::open(folder).and_then(|of| of.rows());
+    rows.expect("rows of a study")
 }
 
 #[test]
@@ -313,10 +294,8 @@ fn choices_are_held_against_the_printed_scene_on_the_same_clouds() {
     assert_eq!(height(0).verdict, Verdict::DoesNot);
 
     // Members whose punch missed the force are counted, and give no stress.
-    let loaded = members.of(&slow.setting);
-    let missed = loaded
-        .iter()
-        .filter(|row| row.ending == Ending::TargetLoadNotReached);
+    let loaded = members.of(&slow.setting).into_iter();
+    let missed = loaded.filter(|row| row.ending == Ending::TargetLoadNotReached);
     let measured = |row: &Member| row.measured.contains_key("loaded.stress.O.local_zz");
     let missed = missed.inspect(|row| assert!(!measured(row))).count();
     assert_eq!(slow.endings.target_load_not_reached, missed);

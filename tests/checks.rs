@@ -28,87 +28,85 @@ fn with_a_record() -> Place {
     folder
 }
 
+const SAVE: &str = "report baseline save before.json main";
+
+/// A folder that goes away, with a scene, a record that is the baseline `main`, and worse ones.
+fn with_a_baseline() -> Place {
+    let at = folder_with(&tiny_scene());
+    let (height, wall, gone) = ("compare/a/height", "faults/wall", "verify/gone");
+    let sound = [height, wall, gone].map(|id| (id, 1.0, "pass"));
+    let broken = [(height, 1.7, "fail"), (wall, 1.2, "pass"), sound[2]];
+    record(&at, "before.json", &sound, 60.0);
+    record(&at, "broken.json", &broken, 60.0);
+    record(&at, "fewer.json", &sound[..2], 60.0);
+    record(&at, "slow.json", &sound, 30.0);
+    ends(&at, 0, SAVE);
+    at
+}
+
 /// A sound run that lacks a check of its baseline agrees with nothing.
 #[test]
 fn a_job_without_a_check_of_its_baseline_is_incomplete() {
     let at = &with_a_record();
     ends(at, 0, "report baseline save run.json main");
-    let (out, _) = ends(
-        at,
-        3,
-        "reproduce --recorded --quiet --out o --baseline main",
-    );
+    let job = "reproduce --recorded --quiet --out o --baseline main";
+    let (out, _) = ends(at, 3, job);
+    has(&out, ["INCOMPLETE: Some of it cannot be told against main"]);
     has(
         &out,
-        [
-            "INCOMPLETE: Some of it cannot be told against main",
-            " 0 failed",
-        ],
+        [" 0 failed", " measured numbers moved. Native against "],
     );
     let page = text_of(at.join("o/report.html"));
     let tally = out.lines().find(|line| line.contains(" checks passed, "));
     let tally = tally.expect("a count");
     has(&page, ["Agreed, but incomplete against main", tally]);
-    has(&out, [" measured numbers moved. Native against "]);
 }
 
 #[test]
 fn a_regression_shows_in_words_files_and_exit_code() {
-    let at = &new_folder();
-    let (height, wall, gone) = ("compare/a/height", "faults/wall", ("gone", 1.0, "pass"));
-    let sound = [(height, 1.0, "pass"), (wall, 1.0, "pass"), gone];
-    record(at, "before.json", &sound, 60.0);
-    let save = "report baseline save before.json main --store kept";
-    ends(at, 0, save);
+    let at = &with_a_baseline();
     // Never silently overwritten.
-    tells(at, 2, save, ["--replace"]);
-    let (out, _) = ends(at, 0, "report baseline list --store kept");
-    has(&out, ["main: reproduce", "3 checks passed"]);
+    tells(at, 2, SAVE, ["--replace"]);
+    let list = "report baseline list";
+    tells(at, 0, list, ["main: reproduce", "3 checks passed"]);
 
     let diff = |code: i32, record: &str| {
-        let diff = format!("report baseline diff {record} main --store kept");
+        let diff = format!("report baseline diff {record} main");
         ends(at, code, &diff).0
     };
     let out = diff(0, "before.json");
     has(&out, ["AGREED: Nothing is worse than in main"]);
 
-    let broken = [(height, 1.7, "fail"), (wall, 1.2, "pass"), gone];
-    record(at, "broken.json", &broken, 60.0);
     let out = diff(1, "broken.json");
     has(&out, ["WORSE"]);
     let line = |words: &str| {
-        let line = out.lines().find(|line| line.contains(words));
-        line.expect("a row").trim_start()
+        out.lines()
+            .find(|line| line.contains(words))
+            .expect("a row")
     };
-    let failed = line("compare/a/height");
+    let failed = line("compare/a/height").trim_start();
     assert!(failed.starts_with("NEW FAILURE"), "{out}");
     let moved = line("faults/wall");
     assert!(moved.contains("moved") && moved.ends_with("0.4"), "{out}");
 
-    record(at, "fewer.json", &sound[..2], 60.0);
     let out = diff(3, "fewer.json");
-    has(&out, ["1 removed", "  removed  gone "]);
-    record(at, "slow.json", &sound, 30.0);
+    has(&out, ["1 removed", "  removed  verify/gone "]);
     let out = diff(1, "slow.json");
     has(&out, ["slower", "2.000 times the cost"]);
 
     fs::write(at.join("s.md"), "an earlier step\n").expect("written");
     let checks = "report checks broken.json --junit j.xml --csv c.csv --summary s.md";
     let (out, _) = ends(at, 1, checks);
-    assert!(
-        out.starts_with("            FAIL compare/a/height"),
-        "{out}"
-    );
+    let first = "            FAIL compare/a/height";
+    assert!(out.starts_with(first), "{out}");
     let read = |name: &str| text_of(at.join(name));
     let junit = read("j.xml");
     has(&junit, ["failures=\"1\""]);
     has(&junit, ["height: 1.7 m, must be 0.5 to 1.5"]);
     assert_eq!(read("c.csv").lines().count(), 4);
     let summary = read("s.md");
-    assert!(
-        summary.starts_with("an earlier step\n## reproduce: Different"),
-        "{summary}"
-    );
+    let begins = "an earlier step\n## reproduce: Different";
+    assert!(summary.starts_with(begins), "{summary}");
 }
 
 #[test]
@@ -153,12 +151,8 @@ fn checks_are_explained() {
     record(at, "run.json", &checks, 60.0);
     let explain = "report explain parameters/everything/dt --record run.json";
     tells(at, 0, explain, ["meaning:", "must be 0.5 to 1.5"]);
-    tells(
-        at,
-        2,
-        "report explain bake/bread",
-        ["begins with compare, first-steps"],
-    );
+    let unknown = "report explain bake/bread";
+    tells(at, 2, unknown, ["begins with compare, first-steps"]);
     tells(at, 0, "report explain", ["verify/*"]);
 }
 
@@ -275,19 +269,12 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
 
 #[test]
 fn files_of_every_verb_say_what_its_exit_code_says() {
-    let at = &folder_with(&tiny_scene());
+    let at = &with_a_baseline();
     let campaign = |name: &str| {
         let path = root("reference_data").join(format!("campaign-{name}-1"));
         path.to_str().expect("UTF-8").to_owned()
     };
     ends(at, 0, "study plan campaign scene.json --members 2 --out c");
-    let sound = [("verify/a", 1.0, "pass"), ("verify/b", 1.0, "pass")];
-    record(at, "before.json", &sound, 60.0);
-    let broken = [("verify/a", 1.7, "fail"), ("verify/b", 1.2, "pass")];
-    record(at, "broken.json", &broken, 60.0);
-    record(at, "fewer.json", &sound[..1], 60.0);
-    record(at, "slow.json", &sound, 30.0);
-    ends(at, 0, "report baseline save before.json main");
     let [few, native, sorted] = ["yade-ordinary", "native", "yade-sorted"].map(campaign);
     let [half, lammps] = ["native-half", "lammps-half"].map(campaign);
     let diff = ["report", "baseline", "diff"];
@@ -341,7 +328,7 @@ fn other_bits_are_a_failure_where_they_are_demanded() {
         record["measured"] = json!([{"id": "height", "unit": "m", "value": value}]);
         fs::write(&path, record.to_string()).expect("written");
     }
-    ends(at, 0, "report baseline save before.json main");
+    ends(at, 0, SAVE);
     let diff = ["report", "baseline", "diff", "after.json", "main"];
     assert_eq!(told_alike(&diff, at).0, 0);
     assert_eq!(told_alike(&[&diff[..], &["--bits"]].concat(), at).0, 1);

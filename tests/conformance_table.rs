@@ -59,20 +59,16 @@ fn every_engine_is_still_where_it_was_recorded() {
 #[test]
 fn an_engine_that_is_not_installed_leaves_the_table_undecided_unless_that_was_asked_for() {
     let folder = &new_folder();
-    let python = Command::new("python3")
-        .args(["-c", "import sys; print(sys.executable)"])
-        .output();
-    let python = String::from_utf8(python.expect("a Python").stdout).expect("a path");
+    let lines = "import sys; print(sys.executable)";
+    let (_, python, _) = python("python3", folder, lines, &[]);
     symlink(python.trim(), folder.join("python3")).expect("ours");
     let table = |more: &[&str]| {
-        let mut table = cli(folder);
-        table
-            .env("PATH", folder.as_os_str())
-            .env("CROSSGRAIN_KRATOS", folder.as_os_str());
-        table
-            .args(["engine", "table", "--grains", "50", "--quiet"])
-            .args(more);
-        told(&table.output().expect("the program starts"))
+        let mut program = cli(folder);
+        for name in ["PATH", "CROSSGRAIN_KRATOS"] {
+            program.env(name, folder.as_os_str());
+        }
+        program.args("engine table --grains 50 --quiet".words());
+        told(&program.args(more).output().expect("the program starts"))
     };
     let (code, text, errors) = table(&["toy", "lammps", "kratos"]);
     assert_eq!(code, 3, "{text}{errors}");

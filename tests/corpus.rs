@@ -39,11 +39,6 @@ fn here(name: &str) -> PathBuf {
     root("tests/corpus").join(name)
 }
 
-fn corpus() -> Corpus {
-    let text = text_of(here("corpus.json"));
-    serde_json::from_str(&text).expect("JSON")
-}
-
 fn compiled(folder: &Path, name: &str, flags: &[String]) -> PathBuf {
     let program = folder.join(name);
     let mut command = Command::new("cc");
@@ -151,7 +146,7 @@ fn is_named(of: &Judgement, cause: &str, factor: Option<f64>) -> bool {
 
 #[test]
 fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() {
-    let corpus = corpus();
+    let corpus: Corpus = serde_json::from_value(json_of(here("corpus.json"))).expect("a corpus");
     let folder = &new_folder();
     let reference = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
     let (mut false_alarms, mut rows) =
@@ -159,60 +154,43 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
     for right in &corpus.right {
         let engine = compiled(folder, &right.name, &right.compile);
         let of = judged(&reference, engine);
-        let verdict = of.verdict();
+        let (name, verdict) = (&right.name, of.verdict());
         let farthest = of.farthest().and_then(|of| of.farthest.as_ref());
         let ratio = farthest.map_or(0.0, |of| of.ratio);
-        let precision = of.resolution.name();
-        println!(
-            "{:24} {}, {precision}, {ratio:.2}",
-            right.name,
-            verdict.in_words()
-        );
-        rows.push(format!("{},right,{},", right.name, verdict.in_words()));
+        let (word, precision) = (verdict.in_words(), of.resolution.name());
+        println!("{name:24} {word}, {precision}, {ratio:.2}");
+        rows.push(format!("{name},right,{word},"));
         let agreed = [Verdict::Identical, Verdict::EqualToRounding].contains(&verdict);
         if !agreed || !precision.starts_with(&right.precision) {
-            false_alarms.push(&right.name);
+            false_alarms.push(name);
         }
     }
     let plain = compiled(folder, "sound", &["-O2".to_owned()]);
     let (mut missed, mut unnamed) = (Vec::new(), Vec::new());
     for wrong in &corpus.wrong {
-        let name = format!("{}.sh", wrong.name);
-        let script = format!(
-            "#!/bin/sh\nFAULT='{}' exec '{}' \"$@\"\n",
-            wrong.fault,
-            plain.display()
-        );
-        let of = judged(&reference, program(folder, &name, &script));
+        let Wrong { name, fault, .. } = wrong;
+        let engine = plain.display();
+        let script = format!("#!/bin/sh\nFAULT='{fault}' exec '{engine}' \"$@\"\n");
+        let of = judged(&reference, program(folder, format!("{name}.sh"), &script));
         let said: Vec<String> = of.causes.iter().map(|of| of.sentence()).collect();
-        let said = said.join(" ");
-        println!("{:24} {}: {said}", wrong.name, of.verdict().in_words());
+        let (word, said) = (of.verdict().in_words(), said.join(" "));
+        println!("{name:24} {word}: {said}");
         if of.verdict() != Verdict::Different {
-            missed.push(&wrong.name);
+            missed.push(name);
         }
         let named = is_named(&of, &wrong.cause, wrong.factor);
         let yes = if named { "yes" } else { "no" };
-        rows.push(format!(
-            "{},wrong,{},{yes}",
-            wrong.name,
-            of.verdict().in_words()
-        ));
+        rows.push(format!("{name},wrong,{word},{yes}"));
         if !named {
-            unnamed.push(&wrong.name);
+            unnamed.push(name);
         }
     }
     let (right, wrong) = (corpus.right.len(), corpus.wrong.len());
     println!("\n                    called right   called different   cause named");
-    let held = right - false_alarms.len();
-    println!(
-        "right, {right:3}          {held:12} {:18}",
-        false_alarms.len()
-    );
-    let (seen, named) = (wrong - missed.len(), wrong - unnamed.len());
-    println!(
-        "wrong, {wrong:3}          {:12} {seen:18} {named:13}",
-        missed.len()
-    );
+    let (alarms, lost) = (false_alarms.len(), missed.len());
+    let (held, seen, named) = (right - alarms, wrong - lost, wrong - unnamed.len());
+    println!("right, {right:3}          {held:12} {alarms:18}");
+    println!("wrong, {wrong:3}          {lost:12} {seen:18} {named:13}");
     println!("not named: {unnamed:?}");
     let kept = root("reference_data/corpus-1.csv");
     let found = rows.join("\n") + "\n";

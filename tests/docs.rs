@@ -76,10 +76,8 @@ fn text(page: &str) -> String {
 fn pages_in(folder: &str) -> Vec<String> {
     let files = below(&root(folder)).into_iter();
     let names = files.map(|path| {
-        path.strip_prefix(root(""))
-            .expect("inside")
-            .display()
-            .to_string()
+        let inside = path.strip_prefix(root("")).expect("inside");
+        inside.display().to_string()
     });
     names.filter(|name| name.ends_with(".md")).collect()
 }
@@ -147,32 +145,19 @@ fn broken(page: &str, text: &str) -> Vec<String> {
     links.filter(|link| !leads(link)).collect()
 }
 
-/// Keys in square brackets or in the running text, as pandoc reads them.
-fn cited(text: &str) -> Vec<String> {
-    let rests = text.match_indices('@').map(|(at, _)| &text[at + 1..]);
-    let key = |rest: &str| -> String {
-        let letters = rest.chars();
-        letters.take_while(char::is_ascii_alphanumeric).collect()
-    };
-    rests.map(key).collect()
-}
-
 /// What the software paper cites stands in its bibliography and the other way round, and its pictures are those that its script
 /// makes.
 #[test]
 fn the_paper_has_its_references_and_pictures() {
     let paper = text(PAPER);
     let bibliography = text("paper/paper.bib");
-    let kinds = ["@inproceedings{", "@article{", "@book{"];
-    let keys = kinds
-        .iter()
-        .fold(bibliography.clone(), |all, kind| all.replace(kind, "@"));
-    let mut listed = cited(&keys);
-    let mut cited = cited(&paper);
-    for keys in [&mut listed, &mut cited] {
-        keys.sort();
-        keys.dedup();
-    }
+    let entries = bibliography.lines();
+    let entries = entries.filter_map(|line| line.strip_prefix('@')?.split_once('{'));
+    let listed: BTreeSet<&str> = entries.map(|(_, key)| key.trim_end_matches(',')).collect();
+    // In square brackets or in the running text, as pandoc reads them.
+    let other = |of: char| !of.is_ascii_alphanumeric();
+    let rests = paper.split('@').skip(1);
+    let cited: BTreeSet<&str> = rests.filter_map(|of| of.split(other).next()).collect();
     assert!(cited.len() > 3, "{cited:?}");
     assert_eq!(cited, listed);
     assert_eq!(bibliography.matches("doi = {10.").count(), listed.len());
@@ -251,27 +236,24 @@ fn command_of(line: &str) -> Printed {
 /// The commands of a page. A block without a known mark is an error: nobody would know whether to run it.
 fn printed(page: &str, text: &str) -> Vec<Printed> {
     let mut commands: Vec<Printed> = Vec::new();
-    let mut block: Option<&str> = None;
-    let mut begun = String::new();
+    let (mut block, mut begun) = (None, String::new());
     for line in text.lines() {
         if let Some(mark) = line.trim_start().strip_prefix("```") {
-            block = if block.is_some() { None } else { Some(mark) };
+            block = block.is_none().then_some(mark);
             let known = ["", "sh", "console", "text", "json", "python"].contains(&mark);
             let opens = block.is_some() && mark.is_empty();
             assert!(known && !opens, "{page}: a block of «{mark}»");
             continue;
         }
-        let command = match block {
-            Some("sh") if !line.starts_with('#') && !line.trim().is_empty() => line,
-            Some("console") => match line.strip_prefix("$ ") {
-                Some(command) => command,
-                None => {
-                    let last = commands.last_mut().expect("a command above what it shows");
-                    last.2.push(line.to_owned());
-                    continue;
-                }
-            },
-            Some(mark) if mark != "sh" => {
+        let command = match (block, line.strip_prefix("$ ")) {
+            (Some("sh"), _) if !line.starts_with('#') && !line.trim().is_empty() => line,
+            (Some("console"), Some(command)) => command,
+            (Some("console"), None) => {
+                let last = commands.last_mut().expect("a command above what it shows");
+                last.2.push(line.to_owned());
+                continue;
+            }
+            (Some(mark), _) if mark != "sh" => {
                 let hidden = line.contains("crossgrain ");
                 assert!(!hidden, "{page}: a command in a block of «{mark}»: {line}");
                 continue;
@@ -292,23 +274,12 @@ fn shown(output: &str, lines: &[String]) -> Result<(), String> {
     let squeeze = |of: &str| of.split_whitespace().collect::<Vec<_>>().join(" ");
     for line in lines.iter().filter(|line| line.trim() != "…") {
         let pattern = squeeze(line);
-        let parts: Vec<_> = pattern.split('…').map(str::trim).collect();
         let fits = |found: &str| {
-            let mut found = squeeze(found);
-            parts
-                .iter()
-                .enumerate()
-                .all(|(index, part)| match found.find(part) {
-                    Some(0) => {
-                        found.drain(..part.len());
-                        true
-                    }
-                    Some(at) if index > 0 => {
-                        found.drain(..at + part.len());
-                        true
-                    }
-                    _ => false,
-                })
+            let found = squeeze(found);
+            let mut parts = pattern.split('…').map(str::trim);
+            let rest = parts.next().and_then(|first| found.strip_prefix(first));
+            let end = parts.fold(rest, |rest, part| Some(rest?.split_once(part)?.1));
+            end.is_some()
         };
         if !rest.any(fits) {
             return Err(line.clone());
@@ -317,38 +288,20 @@ fn shown(output: &str, lines: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-fn runs_elsewhere(command: &str) -> bool {
-    rows(ELSEWHERE).any(|[begins, _, _, _]| command.starts_with(begins))
-}
+/// With the program on the path, and without YADE.
+const AS_A_READER: &str =
+    r#"export PATH="${0%/*}:$PATH" CROSSGRAIN_YADE=/nowhere/yade GITHUB_STEP_SUMMARY=summary.md"#;
 
 fn commands_do_what_is_printed(page: &str) {
     let folder = &new_folder();
     for part in ["adapters", "examples", "python", "reference_data"] {
         symlink(root(part), folder.join(part)).expect("writable");
     }
-    let programs = &new_folder();
-    symlink(
-        env!("CARGO_BIN_EXE_crossgrain"),
-        programs.join("crossgrain"),
-    )
-    .expect("writable");
-    let path = format!(
-        "{}:{}",
-        programs.display(),
-        std::env::var("PATH").unwrap_or_default()
-    );
     for (command, code, shows) in printed(page, &text(page)) {
-        if runs_elsewhere(&command) {
+        if rows(ELSEWHERE).any(|[begins, _, _, _]| command.starts_with(begins)) {
             continue;
         }
-        let mut shell = Command::new("bash");
-        shell
-            .args(["-c", &command])
-            .current_dir(folder)
-            .env("PATH", &path);
-        shell.env("CROSSGRAIN_YADE", "/nowhere/yade");
-        shell.env("GITHUB_STEP_SUMMARY", "summary.md");
-        let (ended, out, errors) = told(&shell.output().expect("a shell"));
+        let (ended, out, errors) = bash(folder, &format!("{AS_A_READER}\n{command}"), &[]);
         assert_eq!(ended, code, "{page}: {command}\n{out}{errors}");
         if let Err(line) = shown(&out, &shows) {
             panic!("{page}: {command}\ndoes not show\n{line}\nbut\n{out}");
@@ -378,34 +331,29 @@ fn named_commands(text: &str) -> Vec<String> {
 }
 
 /// The words of a command that its help does not know.
-fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> Vec<String> {
-    let words = command.split_whitespace().skip(1).map(str::to_owned);
-    let words: Vec<String> = words.collect();
-    let is_verb = |of: &&String| of.chars().all(|of| of.is_ascii_lowercase());
-    let verbs: Vec<String> = words.iter().take_while(is_verb).cloned().collect();
-    let mut help_of = |verbs: &[String]| {
-        helps
-            .entry(verbs.to_vec())
-            .or_insert_with(|| {
-                let mut arguments: Vec<&str> = verbs.iter().map(String::as_str).collect();
-                arguments.push("--help");
-                let (code, out, _) = say(&root(""), &arguments);
-                (code == 0).then_some(out)
-            })
-            .clone()
+fn unknown<'a>(command: &'a str, helps: &mut BTreeMap<String, Option<String>>) -> Vec<&'a str> {
+    let words: Vec<&str> = command.split_whitespace().skip(1).collect();
+    let is_verb = |of: &&&str| of.chars().all(|of| of.is_ascii_lowercase());
+    let verbs: Vec<&str> = words.iter().take_while(is_verb).copied().collect();
+    let mut help_of = |verbs: &[&str]| {
+        let asked = verbs.join(" ") + " --help";
+        let help = helps.entry(asked.clone()).or_insert_with(|| {
+            let (code, out, _) = say(&root(""), &asked);
+            (code == 0).then_some(out)
+        });
+        help.clone()
     };
     let found = (1..=verbs.len()).rev().find_map(|of| help_of(&verbs[..of]));
     let Some(help) = found else { return verbs };
-    let flags = words
-        .iter()
-        .map(|of| of.trim_matches(|of: char| "[]|\\,".contains(of)));
+    let bare = |of: &&'a str| of.trim_matches(|of: char| "[]|\\,".contains(of));
+    let flags = words.iter().map(bare);
     let flags = flags.filter(|of| of.starts_with("--") && of.len() > 2);
     let known = |of: &&str| {
         [" ", "\n"]
             .iter()
             .any(|end| help.contains(&format!("{of}{end}")))
     };
-    flags.filter(|of| !known(of)).map(str::to_owned).collect()
+    flags.filter(|of| !known(of)).collect()
 }
 
 #[test]
@@ -437,14 +385,12 @@ fn a_page_that_says_something_else_is_noticed() {
     assert_eq!(commands, [of("a b   c", 3, &[]), of("d", 0, &["x … z"])]);
     let lines = |of: &[&str]| of.iter().map(ToString::to_string).collect::<Vec<_>>();
     let output = "one\n  x y   z\nlast";
-    assert_eq!(
-        shown(output, &lines(&["one", "…", "x … z", "last"])),
-        Ok(())
-    );
-    assert_eq!(
-        shown(output, &lines(&["last", "one"])),
-        Err("one".to_owned())
-    );
-    assert_eq!(shown(output, &lines(&["x … q"])), Err("x … q".to_owned()));
-    assert_eq!(shown(output, &lines(&["y z"])), Err("y z".to_owned()));
+    for (of, missing) in [
+        (&["one", "…", "x … z", "last"][..], None),
+        (&["last", "one"], Some("one")),
+        (&["x … q"], Some("x … q")),
+        (&["y z"], Some("y z")),
+    ] {
+        assert_eq!(shown(output, &lines(of)).err().as_deref(), missing);
+    }
 }

@@ -1,7 +1,8 @@
 //! The pages of the main job: the evidence on the first one, studies on pages of their own, and figures as files.
 
+use crossgrain::engine::yade;
 use crossgrain::report::{Page, page_against};
-use crossgrain::reproduce::{record::Beside, reproduce};
+use crossgrain::reproduce::{Options, record::Beside, reproduce};
 
 use crate::support::*;
 
@@ -35,10 +36,20 @@ fn without(text: &str, parts: &[[&str; 2]]) -> String {
 #[test]
 fn the_first_page_is_short_and_every_study_has_its_own() {
     let folder = &new_folder();
-    let options = job_without_yade(
-        folder,
-        Beside::read(&[], true).expect("the recorded records"),
-    );
+    let options = Options {
+        out: folder.to_path_buf(),
+        scene: small_scene(),
+        full: false,
+        suite: false,
+        recorded: false,
+        yade: yade::Options {
+            program: Some("/nowhere/yade".into()),
+            ..yade::Options::default()
+        },
+        fault: None,
+        beside: Beside::read(&[], true).expect("the recorded records"),
+        command: "a test".to_owned(),
+    };
     let (reproduction, runs) = reproduce(&options, &Display::new(true)).expect("a job");
     let pages = |beside: &Beside| -> Vec<Page> {
         let documents = reproduction.documents(&runs, beside, None);

@@ -45,7 +45,7 @@ fn failures(folder: &Path) -> Vec<(String, String)> {
 #[test]
 fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary() {
     let folder = &new_folder();
-    let (code, said, _) = seeded(folder, "stiffness=1e-3", &RECORDED);
+    let (code, said, page) = seeded(folder, "stiffness=1e-3", &RECORDED);
     assert_eq!(code, 1, "{said}");
     has(&said, ["WORSE than main"]);
     let failed = failures(folder);
@@ -63,6 +63,10 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     );
     has(&summary, ["WORSE than main: ", "### FAIL ("]);
     has(&summary, [&format!("| NEW FAILURE | `{bits}`")]);
+    let page = text_of(page);
+    let failed = page.find("What failed").expect("a section");
+    assert!(failed < page.find(">Comparisons</h2>").expect("a section"));
+    has(&page, ["<strong>Different, and worse than main</strong>"]);
 }
 
 /// Its results are the same to the last bit, so no check fails: only the clock tells.

@@ -1,6 +1,7 @@
 //! Tables as text: read back to the same bits, refused where a row cannot be meant.
 
-use crossgrain::tables::{TableError, read_bodies, write_bodies};
+use crossgrain::files::FileError;
+use crossgrain::tables::{read_bodies, write_bodies};
 use proptest::prelude::*;
 
 use crate::support::*;
@@ -12,14 +13,14 @@ fn all_bits(bodies: &Bodies) -> Vec<Vec<u64>> {
     columns.into_iter().map(bits).collect()
 }
 
-fn there_and_back(bodies: &Bodies) -> Result<Bodies, TableError> {
+fn there_and_back(bodies: &Bodies) -> Result<Bodies, FileError> {
     let folder = &new_folder();
     let path = folder.join("bodies.csv");
     write_bodies(&path, bodies)?;
     read_bodies(&path, bodies.len() as u32)
 }
 
-fn read(text: &str) -> Result<Bodies, TableError> {
+fn read(text: &str) -> Result<Bodies, FileError> {
     let folder = &new_folder();
     let path = folder.join("bodies.csv");
     fs::write(&path, text).expect("a writable folder");

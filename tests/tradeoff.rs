@@ -67,9 +67,7 @@ pub fn made<S: Study>(plan: S) -> (Place, PathBuf) {
 /// What the rows of a folder say.
 fn record(folder: &Path) -> Tradeoff {
     let folder = Folder::<Plan>::open(folder).expect("a study");
-    let mut rows: Vec<Member> = Vec::new();
-    folder.each(|_, row| rows.push(row)).expect("rows");
-    let members: Members = rows.into_iter().collect();
+    let members: Members = folder.rows().expect("rows").into_iter().collect();
     let external = folder.plan.program.as_ref().map(|of| &of.described);
     Tradeoff::of(&folder.plan.study, &members, Vec::new(), external)
 }

@@ -19,7 +19,6 @@ pub fn read(input: &[u8]) -> bool {
     let written = serde_json::to_string(&record).expect("a record is JSON");
     let again = serde_json::from_str(&written).expect("what was accepted once");
     assert_eq!(record, again);
-    assert_eq!(record.tally().passed, again.tally().passed);
     let table = Table::of_checks("checks", &record.checks).csv();
     assert!(table.lines().count() > record.checks.len());
     assert!(!report::junit(&record.job, &record.checks).is_empty());

@@ -6,10 +6,10 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crossgrain::files::FileError;
 use crossgrain::run::folder::record::TraceRow;
 use crossgrain::tables::{
-    TableError, read_bodies, read_contacts, read_rows, room_for, write_bodies, write_contacts,
-    write_rows,
+    read_bodies, read_contacts, read_rows, room_for, write_bodies, write_contacts, write_rows,
 };
 use grains::measure::HistoryRow;
 use grains::tables::BodyIds;
@@ -75,8 +75,8 @@ fn rows<T: Serialize + DeserializeOwned + Debug + PartialEq>(
 fn same<T: Debug + PartialEq>(
     path: &Path,
     again: &Path,
-    read: impl Fn(&Path) -> Result<T, TableError>,
-    write: impl Fn(&Path, &T) -> Result<(), TableError>,
+    read: impl Fn(&Path) -> Result<T, FileError>,
+    write: impl Fn(&Path, &T) -> Result<(), FileError>,
 ) -> bool {
     let Ok(found) = read(path) else { return false };
     write(again, &found).expect("a table that can be written");

@@ -1,6 +1,7 @@
 //! The part of a job's record that all jobs have in common, and reading it back from any of them.
 
 use std::collections::HashSet;
+use std::fmt::Display;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -8,8 +9,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{Check, Measured, Outcome, Speed, Tally};
-use crate::exit;
+use super::{Check, Measured, Outcome, Speed};
 use crate::files::{FileError, read_text, sha256_hex};
 
 /// Longest record that is read, bytes.
@@ -68,49 +68,15 @@ pub struct Record {
     pub speeds: Vec<Speed>,
 }
 
-/// A file is no record.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error(
+/// What is no record.
+pub fn malformed(path: &str, reason: impl Display) -> FileError {
+    FileError::Unfit(format!(
         "{path} is no record of a job: {reason}; give run.json, verify.json, bench.json, check.json or report.json of a finished job"
-    )]
-    Malformed { path: String, reason: String },
-    #[error(
-        "{path} was changed after it was written; put back what was there, or do the job again"
-    )]
-    Changed { path: String },
-    #[error(
-        "{path} is of version {found} of the format of records, and this program knows {VERSION}; use a newer crossgrain"
-    )]
-    TooNew { path: String, found: u32 },
-    #[error(
-        "{path} has two checks with the id {id}; a failure of one would be hidden by the other"
-    )]
-    Repeated { path: String, id: String },
-    #[error(
-        "{path} says {}, but its checks come to {}; it was changed after it was written", stated.word(), derived.word()
-    )]
-    Verdict {
-        path: String,
-        stated: Outcome,
-        derived: Outcome,
-    },
-}
-
-impl RecordError {
-    /// What to tell a script.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            RecordError::File(error) => error.exit_code(),
-            _ => exit::USAGE,
-        }
-    }
+    ))
 }
 
 /// Reads what is common from a job's record.
-pub fn read(path: &Path) -> Result<Record, RecordError> {
+pub fn read(path: &Path) -> Result<Record, FileError> {
     parse(&path.display().to_string(), &read_text(path, LONGEST)?)
 }
 
@@ -123,29 +89,36 @@ struct Head {
 }
 
 /// Reads a record from text and holds its ids and its verdict against its checks; `path` is for messages.
-pub fn parse(path: &str, text: &str) -> Result<Record, RecordError> {
-    let malformed = |error: serde_json::Error| RecordError::Malformed {
-        path: path.to_owned(),
-        reason: error.to_string(),
-    };
-    let head: Head = serde_json::from_str(text).map_err(malformed)?;
-    let found = head.version;
-    if head.job.is_none() {
-        return Err(RecordError::Malformed {
-            path: path.to_owned(),
-            reason: "it names no job".to_owned(),
-        });
+pub fn parse(path: &str, text: &str) -> Result<Record, FileError> {
+    let broken = |error: serde_json::Error| malformed(path, error);
+    let unfit = |words: String| Err(FileError::Unfit(format!("{path} {words}")));
+    let Head { job, version } = serde_json::from_str(text).map_err(broken)?;
+    if job.is_none() {
+        return Err(malformed(path, "it names no job"));
     }
-    if found > VERSION {
-        let path = path.to_owned();
-        return Err(RecordError::TooNew { path, found });
+    if version > VERSION {
+        return unfit(format!(
+            "is of version {version} of the format of records, and this program knows {VERSION}; use a newer crossgrain"
+        ));
     }
-    if !is_sealed(text) && found != UNSEALED {
-        let path = path.to_owned();
-        return Err(RecordError::Changed { path });
+    let changed = "was changed after it was written";
+    if !is_sealed(text) && version != UNSEALED {
+        let help = "put back what was there, or do the job again";
+        return unfit(format!("{changed}; {help}"));
     }
-    let record: Record = serde_json::from_str(text).map_err(malformed)?;
-    record.check(path)?;
+    let record: Record = serde_json::from_str(text).map_err(broken)?;
+    let mut seen = HashSet::new();
+    if let Some(Check { id, .. }) = record.checks.iter().find(|of| !seen.insert(&of.id)) {
+        let why = "a failure of one would be hidden by the other";
+        return unfit(format!("has two checks with the id {id}; {why}"));
+    }
+    let (stated, derived) = (record.verdict, super::verdict(&record.checks));
+    if stated != derived {
+        let [stated, derived] = [stated, derived].map(Outcome::word);
+        return unfit(format!(
+            "says {stated}, but its checks come to {derived}; it {changed}"
+        ));
+    }
     Ok(record)
 }
 
@@ -164,12 +137,9 @@ pub fn write(
     own: &impl Serialize,
     machine_kind: String,
     found: Found,
-) -> Result<(String, Record), RecordError> {
+) -> Result<(String, Record), FileError> {
     let path = format!("the record of {job}");
-    let malformed = |error: serde_json::Error| RecordError::Malformed {
-        path: path.clone(),
-        reason: error.to_string(),
-    };
+    let broken = |error: serde_json::Error| malformed(&path, error);
     #[derive(Serialize)]
     struct Whole<'a> {
         job: &'a str,
@@ -181,7 +151,7 @@ pub fn write(
         #[serde(flatten)]
         found: Found,
     }
-    let mut own = serde_json::to_value(own).map_err(malformed)?;
+    let mut own = serde_json::to_value(own).map_err(broken)?;
     if let Value::Object(keys) = &mut own {
         let common = ["job", "version", "machine_kind", "verdict", "record_digest"];
         keys.retain(|key, _| !common.contains(&key.as_str()));
@@ -194,40 +164,15 @@ pub fn write(
         own,
         found,
     };
-    let text = sealed(&serde_json::to_string_pretty(&whole).map_err(malformed)?);
+    let text = sealed(&serde_json::to_string_pretty(&whole).map_err(broken)?);
     let record = parse(&path, &text)?;
     Ok((text, record))
-}
-
-impl Record {
-    /// How many checks came to what.
-    pub fn tally(&self) -> Tally {
-        Tally::of(&self.checks)
-    }
-
-    /// An error if two checks have one id, or if the verdict is not that of the checks.
-    pub fn check(&self, path: &str) -> Result<(), RecordError> {
-        let path = path.to_owned();
-        let mut seen = HashSet::new();
-        if let Some(check) = self.checks.iter().find(|check| !seen.insert(&check.id)) {
-            let id = check.id.clone();
-            return Err(RecordError::Repeated { path, id });
-        }
-        let (stated, derived) = (self.verdict, super::verdict(&self.checks));
-        match stated == derived {
-            true => Ok(()),
-            false => Err(RecordError::Verdict {
-                path,
-                stated,
-                derived,
-            }),
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checks::Tally;
 
     const SOUND: &str = r#"{"job": "verify", "version": 1, "crossgrain": "0.1.0", "command": "crossgrain verify",
         "verdict": "pass", "own": 1, "checks": [{"id": "a/b", "quantity": "q", "unit": "m", "value": 1.0, "expected": 1.0,
@@ -240,7 +185,7 @@ mod tests {
     #[test]
     fn the_common_part_is_read_and_the_rest_left() {
         let record = parse("r", SOUND).expect("a record");
-        assert_eq!(record.tally().passed, 1);
+        assert_eq!(Tally::of(&record.checks).passed, 1);
         assert_eq!(record.scene_digest, None);
     }
 
@@ -274,9 +219,8 @@ mod tests {
             ..Found::default()
         };
         let own = serde_json::json!({"crossgrain": "", "command": ""});
-        let made = write("verify", &own, String::new(), found);
-        let is_refused = matches!(made, Err(RecordError::Repeated { .. }));
-        assert!(is_refused, "{made:?}");
+        let made = write("verify", &own, String::new(), found).expect_err("is refused");
+        assert!(made.to_string().contains("two checks"), "{made}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::engine::beside;
 use super::job_folder::{finish, open, page_line};
 use super::report::Output;
 use super::run::YadeLimits;
-use super::{print, tell};
+use super::{flag, print, tell, with_options};
 use crate::checks::record::{self, Found};
 use crate::error::{Error, exit};
 use crate::files::failed;
@@ -17,7 +17,6 @@ use crate::progress::Display;
 use crate::report::{page, terminal};
 use crate::study::realization::Engines;
 
-/// The file of the record.
 const RECORD: &str = "bench.json";
 
 #[derive(Debug, Args)]
@@ -99,16 +98,11 @@ impl Arguments {
     }
 
     fn command(&self) -> String {
-        let mut command = "crossgrain bench".to_owned();
-        if self.quick {
-            command += " --quick";
-        }
-        if self.engine.is_some() {
-            command += " --engine exec:PATH";
-        }
-        if let Some(rounds) = self.rounds {
-            command += &format!(" --rounds {rounds}");
-        }
-        command
+        let options = [
+            flag(self.quick, "--quick"),
+            flag(self.engine.is_some(), "--engine exec:PATH"),
+            self.rounds.map(|rounds| format!("--rounds {rounds}")),
+        ];
+        with_options("crossgrain bench", options)
     }
 }

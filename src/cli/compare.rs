@@ -48,7 +48,6 @@ pub struct Arguments {
     limits: YadeLimits,
 }
 
-/// The file of the record.
 const RECORD: &str = "compare.json";
 
 impl Arguments {

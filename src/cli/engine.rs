@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::job_folder::Results;
 use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
+use super::{flag, with_options};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found};
 use crate::compare::first_steps::Beds;
@@ -85,7 +86,6 @@ pub struct Arguments {
     yade: YadeArguments,
 }
 
-/// The files of the records.
 const CHECK: &str = "check.json";
 const TABLE: &str = "conformance.json";
 
@@ -219,17 +219,13 @@ impl TableArguments {
     }
 
     fn command(&self) -> String {
-        let mut command = format!("crossgrain engine table --grains {}", self.grains);
-        if let Some(dispersion) = self.dispersion {
-            command += &format!(" --dispersion {dispersion}");
-        }
-        if self.installed {
-            command += " --installed";
-        }
-        for engine in &self.engines {
-            command += &format!(" {}", engine.key());
-        }
-        command
+        let options = [
+            Some(format!("--grains {}", self.grains)),
+            self.dispersion.map(|of| format!("--dispersion {of}")),
+            flag(self.installed, "--installed"),
+        ];
+        let engines = self.engines.iter().map(|of| format!(" {}", of.key()));
+        with_options("crossgrain engine table", options) + &engines.collect::<String>()
     }
 }
 

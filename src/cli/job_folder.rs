@@ -1,27 +1,30 @@
 //! Where the record and the page of a job go.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::document::Document;
 use crate::error::Error;
-use crate::files::{FileError, FolderLock, failed, has_room, make_room, write_folder, write_whole};
+use crate::files::{
+    FileError, failed, folder_lock, has_room, make_room, write_folder, write_whole,
+};
 use crate::progress::say;
 use crate::report::html::FIRST;
 use crate::report::{Page, page};
 
 /// The folder of a long job, made if it is not there, for this process alone as long as the lock lives; the job is taken up again
 /// there. A finished one, which `record` tells, gets a number.
-pub fn open(folder: &Path, record: &str) -> Result<FolderLock, Error> {
+pub fn open(folder: &Path, record: &str) -> Result<fs::File, Error> {
     clear(folder, record)?;
     let finished = || folder.join(record).exists();
     if finished() || folder.metadata().is_ok_and(|of| !of.is_dir()) {
         let path = folder.to_owned();
         return Err(Error::File(FileError::Exists { path }));
     }
-    std::fs::create_dir_all(folder).map_err(failed("create", folder))?;
-    let lock = FolderLock::of(folder)?;
+    fs::create_dir_all(folder).map_err(failed("create", folder))?;
+    let lock = folder_lock(folder)?;
     // Another process may have finished the job between the two.
     if finished() {
         let path = folder.to_owned();

@@ -49,7 +49,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// The files of the records.
 const NUMBERS: &str = "numbers.json";
 const CONTINUUM: &str = "continuum.json";
 

@@ -8,7 +8,7 @@ use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
 use super::job_folder::Results;
 use super::{json, print, tell};
 use crate::checks::record::{Record, read};
-use crate::checks::{Check, Outcome};
+use crate::checks::{Check, Outcome, Tally};
 use crate::compare::baseline::diff::diff;
 use crate::compare::baseline::history::{self, Bisection, bisect, git};
 use crate::compare::baseline::{NONE, Store};
@@ -196,7 +196,7 @@ impl Checks {
         tell(self.views.json, &json(&record)?, || {
             let lines = report::check_lines(&record.checks, self.all);
             let verdict = record.verdict.verdict().to_uppercase();
-            lines + &format!("{verdict}: {}; {}\n", record.job, record.tally())
+            lines + &format!("{verdict}: {}; {}\n", record.job, Tally::of(&record.checks))
         })?;
         Ok(record.verdict.exit_code())
     }
@@ -355,7 +355,8 @@ impl Baseline {
                 for name in store.names()? {
                     let record = store.load(&name)?.record;
                     let [job, version] = [&record.job, &record.crossgrain];
-                    text += &format!("{name}: {job}, crossgrain {version}, {}\n", record.tally());
+                    let tally = Tally::of(&record.checks);
+                    text += &format!("{name}: {job}, crossgrain {version}, {tally}\n");
                 }
                 if text.is_empty() {
                     text = format!("{NONE}\n");

@@ -7,7 +7,7 @@ use clap::Args;
 use super::job_folder::{finish, open, page_line};
 use super::report::{Files, Where};
 use super::run::YadeLimits;
-use super::{json, print};
+use super::{flag, json, print, with_options};
 use crate::checks::record::{self, Found, Record};
 use crate::checks::{self, Outcome};
 use crate::compare::baseline::{self, diff::diff};
@@ -26,7 +26,6 @@ use crate::workers::asked_to_end;
 use grains::native::Perturbation;
 use grains::scene::paper_scene;
 
-/// The file of the record.
 const RECORD: &str = "run.json";
 
 #[derive(Debug, Args)]
@@ -157,23 +156,14 @@ impl Arguments {
     }
 
     fn command(&self) -> String {
-        let mut command = "crossgrain reproduce".to_owned();
-        if self.full {
-            command += " --full";
-        }
-        if self.recorded {
-            command += " --recorded";
-        }
-        if self.scene.is_some() {
-            command += " --scene scene.json";
-        }
-        if let Some(fault) = &self.perturb {
-            command += &format!(" --perturb {fault}");
-        }
-        if let Some(name) = &self.baseline {
-            command += &format!(" --baseline {name}");
-        }
-        command
+        let options = [
+            flag(self.full, "--full"),
+            flag(self.recorded, "--recorded"),
+            flag(self.scene.is_some(), "--scene scene.json"),
+            self.perturb.map(|fault| format!("--perturb {fault}")),
+            (self.baseline.as_ref()).map(|name| format!("--baseline {name}")),
+        ];
+        with_options("crossgrain reproduce", options)
     }
 }
 

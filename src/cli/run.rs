@@ -8,7 +8,7 @@ use grains::native::timing::ThreadTime;
 
 use super::engine::Chosen;
 use super::job_folder::clear;
-use super::print;
+use super::{print, with_options};
 use crate::engine::exec::{ExternalEngine, usual_limits};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, value_name, yade};
@@ -17,7 +17,7 @@ use crate::files::has_room;
 use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
-use crate::run::folder::{FolderError, RECORD, RunFolder, has_room_for_history, read_scene};
+use crate::run::folder::{RECORD, RunFolder, bad_scene, has_room_for_history, read_scene};
 use crate::run::{Engine, Preparation, prepared};
 use crate::workers::cores;
 use grains::generate::initial_bodies;
@@ -125,14 +125,13 @@ pub struct YadeLimits {
 impl YadeArguments {
     /// The words on the command line of what is not the default and changes results, a space before each.
     pub fn words(&self) -> String {
-        let mut words = String::new();
-        if self.order != LoopOrder::Sorted {
-            words += &format!(" --loop {}", value_name(&self.order));
-        }
-        if self.verlet_distance != yade::Options::default().verlet_distance {
-            words += &format!(" --verlet-distance {}", self.verlet_distance);
-        }
-        words
+        let (order, distance) = (self.order, self.verlet_distance);
+        let is_other = distance != yade::Options::default().verlet_distance;
+        let options = [
+            (order != LoopOrder::Sorted).then(|| format!("--loop {}", value_name(&order))),
+            is_other.then(|| format!("--verlet-distance {distance}")),
+        ];
+        with_options("", options)
     }
 
     /// As they are given.
@@ -246,10 +245,7 @@ impl Arguments {
         *scene = time_step::with_step(scene, &choice);
         // A step that was chosen may be against another rule of scenes.
         let text = serde_json::to_string(scene).unwrap_or_default();
-        parse_scene(&text).map_err(|source| FolderError::Scene {
-            path: self.scene.clone(),
-            source,
-        })?;
+        parse_scene(&text).map_err(|error| bad_scene(&self.scene, &error))?;
         Ok(Some(choice))
     }
 

@@ -7,6 +7,7 @@ use super::engine::Several;
 use super::job_folder::Results;
 use super::report::Output;
 use super::run::YadeLimits;
+use super::{flag, with_options};
 use crate::checks::record::{self, Found};
 use crate::error::Error;
 use crate::limits::bench::machine::Machine;
@@ -39,7 +40,6 @@ pub struct Arguments {
     limits: YadeLimits,
 }
 
-/// The file of the record.
 const RECORD: &str = "verify.json";
 
 /// The sizes of trajectories.
@@ -90,15 +90,12 @@ impl Arguments {
     }
 
     fn command(&self) -> String {
-        let engine = self.engine.name();
-        if let Several::Exec(_) = self.engine {
-            return format!("crossgrain verify --engine {engine}");
-        }
-        let limits = match self.detection_limits {
-            true => " --detection-limits",
-            false => "",
-        };
-        let grains = self.grains;
-        format!("crossgrain verify --engine {engine} --grains {grains}{limits}")
+        let is_built_in = matches!(self.engine, Several::BuiltIn(_));
+        let options = [
+            Some(format!("--engine {}", self.engine.name())),
+            is_built_in.then(|| format!("--grains {}", self.grains)),
+            flag(self.detection_limits, "--detection-limits"),
+        ];
+        with_options("crossgrain verify", options)
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use diff::{Change, Changed, Diff, Pace, SpeedPair, UNTOLD};
 use serde::{Deserialize, Serialize};
 
-use crate::checks::record::{Record, RecordError, UNSEALED, is_sealed, sealed};
+use crate::checks::record::{Record, UNSEALED, is_sealed, sealed};
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table, rounded};
 use crate::files::{FileError, failed, read_text, sha256_hex, write_whole};
@@ -41,8 +41,6 @@ pub struct Baseline {
 pub enum BaselineError {
     #[error(transparent)]
     File(#[from] FileError),
-    #[error(transparent)]
-    Record(#[from] RecordError),
     #[error(
         "{0:?} is no name for a baseline: letters, digits, '.', '_' and '-', at most {LONGEST_NAME}, not beginning with '.'"
     )]

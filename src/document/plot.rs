@@ -14,7 +14,7 @@ pub struct Plot {
     pub marks: Vec<Mark>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Axis {
     /// With the unit.
     pub label: String,
@@ -93,9 +93,7 @@ impl Axis {
     pub fn linear(label: &str) -> Self {
         Axis {
             label: label.to_owned(),
-            logarithmic: false,
-            range: None,
-            categories: Vec::new(),
+            ..Axis::default()
         }
     }
 
@@ -159,26 +157,15 @@ impl Plot {
 
     /// With a line through points on top.
     #[must_use]
-    pub fn line(
-        self,
-        name: &str,
-        colour: Colour,
-        points: impl IntoIterator<Item = [f64; 2]>,
-    ) -> Self {
-        let points = points.into_iter().collect();
-        let dashed = false;
+    pub fn line(self, name: &str, colour: Colour, of: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        let (dashed, points) = (false, of.into_iter().collect());
         self.with(name, colour, Shape::Line { dashed, points })
     }
 
     /// With points on top, if there are any.
     #[must_use]
-    pub fn points(
-        self,
-        name: &str,
-        colour: Colour,
-        points: impl IntoIterator<Item = Point>,
-    ) -> Self {
-        self.group(name, colour, false, points)
+    pub fn points(self, name: &str, colour: Colour, of: impl IntoIterator<Item = Point>) -> Self {
+        self.group(name, colour, false, of)
     }
 
     /// With filled or hollow points on top, if there are any.
@@ -199,24 +186,14 @@ impl Plot {
 
     /// With the area between two lines, x, lower, upper, on top.
     #[must_use]
-    pub fn band(
-        self,
-        name: &str,
-        colour: Colour,
-        points: impl IntoIterator<Item = [f64; 3]>,
-    ) -> Self {
-        self.with(name, colour, Shape::Band(points.into_iter().collect()))
+    pub fn band(self, name: &str, colour: Colour, of: impl IntoIterator<Item = [f64; 3]>) -> Self {
+        self.with(name, colour, Shape::Band(of.into_iter().collect()))
     }
 
     /// With boxes from the floor, left, right, height, on top.
     #[must_use]
-    pub fn bars(
-        self,
-        name: &str,
-        colour: Colour,
-        bars: impl IntoIterator<Item = [f64; 3]>,
-    ) -> Self {
-        self.with(name, colour, Shape::Bars(bars.into_iter().collect()))
+    pub fn bars(self, name: &str, colour: Colour, of: impl IntoIterator<Item = [f64; 3]>) -> Self {
+        self.with(name, colour, Shape::Bars(of.into_iter().collect()))
     }
 
     /// With a value across the whole plot.
@@ -263,9 +240,7 @@ impl Plot {
             };
             match shape {
                 Shape::Line { points, .. } => {
-                    for [x, y] in points {
-                        row(place(*x, *y), [NONE; 4]);
-                    }
+                    (points.iter()).for_each(|[x, y]| row(place(*x, *y), [NONE; 4]));
                 }
                 Shape::Points { points, .. } => {
                     for point in points {

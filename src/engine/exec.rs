@@ -526,8 +526,8 @@ pub fn write_timing(
 
 fn write_grains(work: &Path, bodies: &Bodies) -> Result<()> {
     text::write_bodies(&work.join("initial.csv"), bodies).map_err(|error| match error {
-        text::TableError::File(error) => ProgramError::File(error),
-        other => nonsense(other.to_string()),
+        FileError::Unfit(words) => nonsense(words),
+        error => ProgramError::File(error),
     })
 }
 

@@ -386,21 +386,19 @@ impl<'a> Moments<'a> {
 
     /// The tables of a moment as text.
     fn tables(&self, stage: Stage, step: u64, at: &str) -> Result<(Bodies, Vec<Contact>)> {
-        let table = |what: &str| {
-            let path = own(self.folder, &format!("{}-{step}-{what}.csv", stage.name()));
-            path.map_err(text::TableError::from)
-        };
+        let table = |what: &str| own(self.folder, &format!("{}-{step}-{what}.csv", stage.name()));
         // By its name in the job's folder: that is moved or removed before anybody reads this.
         let place = format!("{}/", self.folder.display());
-        let broken = |error: text::TableError| {
+        let broken = |error: FileError| {
             let error = error.to_string().replace(&place, "");
             nonsense(format!("{at}: {error}"))
         };
         let read = |path: PathBuf| text::read_bodies(&path, self.ids.grains);
-        let bodies = table("bodies").and_then(read).map_err(broken)?;
+        let bodies = table("bodies").and_then(read);
+        let bodies = bodies.map_err(broken)?;
         self.same_grains(&bodies, at)?;
-        let read = |path: PathBuf| text::read_contacts(&path, self.ids);
-        let contacts = table("contacts").and_then(read).map_err(broken)?;
+        let contacts = table("contacts").and_then(|path| text::read_contacts(&path, self.ids));
+        let contacts = contacts.map_err(broken)?;
         Ok((bodies, contacts))
     }
 

@@ -35,10 +35,14 @@ pub fn of_figure_4() -> Section {
 /// along the axes through the centre beside its averages over disc, control square and cell of side 2R, as in Figure 4.
 pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
     let scale = Scale::of(field);
+    let [left, top] = on_map([-0.5, 0.5]);
     let parts = [
         definitions(),
         map(field, &scale),
-        control_square(),
+        // Dark dashes on white, to be seen on every colour.
+        outlined(&format!(
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{DISC}\" height=\"{DISC}\""
+        )),
         arrows(field),
         colour_bar(&scale),
         map_key(field, &scale),
@@ -50,7 +54,6 @@ pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
         .column("z, m", |[_, z]| radius * z)
         .column("stress zz, Pa", |at| compression(field, at));
     let drawing = Drawing {
-        name: name.to_owned(),
         caption: "The stress inside a grain".to_owned(),
         svg: whole(
             SIZE,
@@ -205,13 +208,6 @@ fn path(grid: &Grid, level: f64) -> String {
     let closed =
         |points: &Vec<[f64; 2]>| line(points.iter().map(|point| on_map(point.map(place)))) + "Z";
     lines.iter().map(closed).collect()
-}
-
-/// Dark dashes on white, to be seen on every colour.
-fn control_square() -> String {
-    let [left, top] = on_map([-0.5, 0.5]);
-    let square = format!("<rect x=\"{left}\" y=\"{top}\" width=\"{DISC}\" height=\"{DISC}\"");
-    outlined(&square)
 }
 
 fn outlined(shape: &str) -> String {

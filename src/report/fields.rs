@@ -219,7 +219,6 @@ pub fn bulbs(setup: &Setup) -> Drawing {
     svg += &text([left, 24.0], "start", &words);
     let size = [left + width + 24.0, floor];
     Drawing {
-        name: "figure-1".to_owned(),
         caption: "Stress bulbs of the continuum under the load".to_owned(),
         svg: whole(size, "Stress bulbs under a strip load", &svg),
         table,

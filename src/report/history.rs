@@ -115,7 +115,6 @@ impl History {
         }
         let width = (PANEL[0] + LEFT + ROOM[0]) * ACROSS as f64;
         Drawing {
-            name: "history".to_owned(),
             caption: "Each quantity through the records: a ring where it changed; limits of checks are dashed, bars go from the \
                       least to the largest of a speed's rounds"
                 .to_owned(),

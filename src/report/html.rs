@@ -161,8 +161,8 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
             Block::Heading(text) => Err(format!("<h3>{}</h3>\n", words(text))),
             Block::Text(text) => Err(format!("<p>{}</p>\n", words(text))),
             Block::Table(table) => Err(with_file(page, table)),
-            Block::Plot(of) => Ok(figure(page, &of.name, &of.caption, &svg(of), &of.table())),
-            Block::Drawing(of) => Ok(figure(page, &of.name, &of.caption, &of.svg, &of.table)),
+            Block::Plot(of) => Ok(figure(page, &of.caption, &svg(of), &of.table())),
+            Block::Drawing(of) => Ok(figure(page, &of.caption, &of.svg, &of.table)),
             Block::Tiles(tiles) => Err(tiles_html(tiles)),
         };
         // Pictures one after another stand side by side where there is room.
@@ -212,12 +212,15 @@ fn with_file(page: &mut Page, table: &Table) -> String {
     format!("{html}<p class=\"files\"><a href=\"{FOLDER}/{name}.csv\">CSV</a></p>\n")
 }
 
-fn figure(page: &mut Page, name: &str, caption: &str, svg: &str, table: &Table) -> String {
+fn figure(page: &mut Page, caption: &str, svg: &str, table: &Table) -> String {
     let caption = words(caption);
     if table.rows.is_empty() {
         return format!("<p class=\"open\">{caption}: there is nothing to draw.</p>\n");
     }
-    let name = page.add(name, &[("svg", svg.to_owned()), ("csv", table.csv())]);
+    let name = page.add(
+        &table.name,
+        &[("svg", svg.to_owned()), ("csv", table.csv())],
+    );
     format!(
         "<figure id=\"fig-{name}\"><div class=\"scroll\"><div class=\"drawn\">{svg}</div></div><figcaption>{caption} <span class=\"files\">\
          <a href=\"{FOLDER}/{name}.svg\">SVG</a> <a href=\"{FOLDER}/{name}.csv\">CSV</a></span></figcaption></figure>\n"
@@ -241,7 +244,7 @@ pub fn terminal(document: &Document) -> String {
                     format!("\n{}", table.clone().without_empty_columns().text())
                 }
                 Block::Plot(of) => format!("[picture {}: {}]\n", of.name, of.caption),
-                Block::Drawing(of) => format!("[picture {}: {}]\n", of.name, of.caption),
+                Block::Drawing(of) => format!("[picture {}: {}]\n", of.table.name, of.caption),
                 Block::Tiles(tiles) => tiles.iter().map(tile).collect(),
             };
         }

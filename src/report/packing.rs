@@ -21,22 +21,23 @@ pub fn pictures(scene: &Scene, beds: &[(Bed<'_>, Option<f64>, String)]) -> Vec<D
     let strong = strong_force(beds.iter().map(|(bed, ..)| *bed));
     let highest = beds.iter().map(|(bed, ..)| highest_grain(bed.bodies));
     let top = highest.fold(0.0, f64::max) + 0.02;
-    let size = [1e3 * scene.container.width + 8.0, 1e3 * top + 8.0];
+    let width = scene.container.width;
     let draw = |(index, (bed, bottom, caption)): (usize, &(Bed<'_>, Option<f64>, String))| {
         let name = format!("packing-{}", index + 1);
-        let contents = contents(&Around::of(scene, *bottom), *bed, strong, top);
+        let contents = contents(width, punch(scene, *bottom), *bed, strong, top);
         Drawing {
-            svg: whole(size, caption, &within_margin(&contents)),
+            svg: with_margin([width, top], caption, &contents),
             caption: format!("{caption}; the thickest lines bear {strong:.0} N or more."),
             table: table_of(&name, *bed, std::iter::empty()),
-            name,
         }
     };
     beds.iter().enumerate().map(draw).collect()
 }
 
-fn within_margin(contents: &str) -> String {
-    format!("<g transform=\"translate(4 4)\">{contents}</g>\n")
+/// A drawing of something of this size, m.
+fn with_margin(size: [f64; 2], label: &str, contents: &str) -> String {
+    let contents = format!("<g transform=\"translate(4 4)\">{contents}</g>\n");
+    whole(size.map(|of| 1e3 * of + 8.0), label, &contents)
 }
 
 /// The grains of an engine's bed that are farther off than rounding takes them though what is wrong is taken into account,
@@ -55,7 +56,7 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
     });
     let strong = strong_force([of]);
     let top = highest_grain(of.bodies) + 0.02;
-    let mut svg = contents(&Around { width, punch }, of, strong, top);
+    let mut svg = contents(width, punch, of, strong, top);
     let place = |id: usize| [of.bodies.x[id], of.bodies.z[id]];
     let mut left = cause.left.clone();
     left.retain(|id| *id < of.bodies.len());
@@ -71,7 +72,6 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
             2.5 * radius
         );
     }
-    let size = [1e3 * width + 8.0, 1e3 * top + 8.0];
     let caption = format!(
         "Grains that are left in {}, marked: {} of {}",
         cause.left_in.name(),
@@ -81,36 +81,22 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
     let name = format!("left-{}", cause.law.name());
     let rows = left.iter().map(|id| ("left", place(*id), None, None, None));
     Some(Drawing {
-        svg: whole(size, &caption, &within_margin(&svg)),
+        svg: with_margin([width, top], &caption, &svg),
         table: table_of(&name, of, rows),
         caption,
-        name,
     })
 }
 
-/// What stands around the grains.
-struct Around {
-    /// From the left wall to the right one, m.
-    width: f64,
-    /// Left, right and lower edge of the punch, m.
-    punch: Option<[f64; 3]>,
+/// Left, right and lower edge of a scene's punch, m, where its bottom is there.
+fn punch(scene: &Scene, bottom: Option<f64>) -> Option<[f64; 3]> {
+    let (axis, half) = (scene.punch_axis(), scene.loading.half_width);
+    bottom.map(|bottom| [axis - half, axis + half, bottom])
 }
 
-impl Around {
-    /// The scene's box, with the bottom of its punch.
-    fn of(scene: &Scene, bottom: Option<f64>) -> Self {
-        let (axis, half) = (scene.punch_axis(), scene.loading.half_width);
-        Around {
-            width: scene.container.width,
-            punch: bottom.map(|bottom| [axis - half, axis + half, bottom]),
-        }
-    }
-}
-
-/// The bed in millimetres from the upper left corner of the box, `top` metres above its floor. `strong` is the force of the
-/// thickest line, N.
-fn contents(around: &Around, bed: Bed<'_>, strong: f64, top: f64) -> String {
-    let (width, height) = (1e3 * around.width, 1e3 * top);
+/// The bed in millimetres from the upper left corner of a box of this width, m, `top` metres above its floor. `strong` is the
+/// force of the thickest line, N.
+fn contents(width: f64, punch: Option<[f64; 3]>, bed: Bed<'_>, strong: f64, top: f64) -> String {
+    let (width, height) = (1e3 * width, 1e3 * top);
     let flip = |z: f64| 1e3 * (top - z);
     let mut svg = format!(
         "<path fill=\"none\" stroke=\"#333\" stroke-width=\"2\" d=\"M0 0V{height:.1}H{width:.1}V0\"/>\n<g fill=\"#dfe3e8\">"
@@ -138,7 +124,7 @@ fn contents(around: &Around, bed: Bed<'_>, strong: f64, top: f64) -> String {
         let _ = write!(svg, "<path stroke-width=\"{thickness:.2}\" d=\"{path}\"/>");
     }
     svg += "</g>\n";
-    if let Some([left, right, bottom]) = around.punch {
+    if let Some([left, right, bottom]) = punch {
         let (colour, height) = (Colour::Vermilion.hex(), flip(bottom).max(0.0));
         let [left, width] = [1e3 * left, 1e3 * (right - left)];
         let _ = writeln!(
@@ -184,9 +170,9 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
     let bottom = bed.last.punch.as_ref().map(Punch::bottom);
     let top = highest_grain(of.bodies).max(bottom.unwrap_or(0.0)) + 0.03;
     let strong = strong_force([of]);
-    let contents = contents(&Around::of(&bed.scene, bottom), of, strong, top);
     let inner = WIDTH - 2.0 * MARGIN;
     let full_width = bed.scene.container.width;
+    let contents = contents(full_width, punch(&bed.scene, bottom), of, strong, top);
     let axis = bed.scene.punch_axis();
     // No more than the bed.
     let half = NEAR[0].min(0.5 * full_width + 0.004);
@@ -223,7 +209,6 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
     });
     let table = table_of("figure-2", of, points.chain(base));
     Ok(Drawing {
-        name: "figure-2".to_owned(),
         caption: "Force chains under the load".to_owned(),
         svg: whole(size, "Forces between the grains under the punch", &svg),
         table,

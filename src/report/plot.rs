@@ -316,7 +316,7 @@ impl Drawing<'_> {
                 }
                 Shape::Band(points) => {
                     let least = match plot.y.logarithmic {
-                        true => 1e-3 * self.y.low,
+                        true => 1e-3 * self.y.values[0],
                         false => f64::NEG_INFINITY,
                     };
                     let lower = points.iter().rev().map(|[x, low, _]| [*x, low.max(least)]);
@@ -328,7 +328,11 @@ impl Drawing<'_> {
                     );
                 }
                 Shape::Bars(bars) => {
-                    let floor = if plot.y.logarithmic { self.y.low } else { 0.0 };
+                    let floor = if plot.y.logarithmic {
+                        self.y.values[0]
+                    } else {
+                        0.0
+                    };
                     let floor = self.y.place(floor);
                     let is_finite = |bar: &&[f64; 3]| bar.iter().all(|value| value.is_finite());
                     for [from, to, height] in bars.iter().filter(is_finite) {
@@ -357,7 +361,7 @@ impl Drawing<'_> {
         let [left, top, width, height] = self.area;
         let (right, floor) = (left + width, top + height);
         let path = if self.plot.y.categories.is_empty() {
-            if !self.shown([self.x.high, value]) {
+            if !self.shown([self.x.values[1], value]) {
                 return;
             }
             let y = self.y.place(value);

@@ -27,25 +27,19 @@ pub type Axes<'a> = [(&'a Scale, &'a [Tick]); 2];
 /// From values to places along one side of an area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
-    /// Value at `from`.
-    pub low: f64,
-    /// Value at `to`.
-    pub high: f64,
-    /// Place of `low`.
-    pub from: f64,
-    /// Place of `high`.
-    pub to: f64,
+    /// At its ends.
+    pub values: [f64; 2],
+    /// Of those values.
+    pub places: [f64; 2],
     /// Powers of ten are evenly apart.
     pub logarithmic: bool,
 }
 
 impl Scale {
-    pub fn linear([low, high]: [f64; 2], [from, to]: [f64; 2]) -> Self {
+    pub fn linear(values: [f64; 2], places: [f64; 2]) -> Self {
         Scale {
-            low,
-            high,
-            from,
-            to,
+            values,
+            places,
             logarithmic: false,
         }
     }
@@ -53,19 +47,19 @@ impl Scale {
     /// Where a value is. What lies a little beyond an end is placed there, to be cut off by whoever draws; farther
     /// values stop half a length beyond: numbers without bound do not draw.
     pub fn place(&self, value: f64) -> f64 {
-        let share = if self.logarithmic {
-            (value.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln()
-        } else {
-            (value - self.low) / (self.high - self.low)
+        let ([low, high], [from, to]) = (self.values, self.places);
+        let share = match self.logarithmic {
+            true => (value.max(f64::MIN_POSITIVE) / low).ln() / (high / low).ln(),
+            false => (value - low) / (high - low),
         };
-        self.from + share.clamp(-0.5, 1.5) * (self.to - self.from)
+        from + share.clamp(-0.5, 1.5) * (to - from)
     }
 
     /// Round values about so far apart: multiples of 1, 2 or 5 times a power of ten; on a logarithmic scale 1, 2 and 5 times
     /// powers of ten if they have room, else the powers. None on a scale that runs backwards or has no ends.
     pub fn ticks(&self, apart: f64) -> Vec<Tick> {
-        let most = ((self.to - self.from).abs() / apart).max(2.0);
-        let (low, high) = (self.low, self.high);
+        let ([low, high], [from, to]) = (self.values, self.places);
+        let most = ((to - from).abs() / apart).max(2.0);
         let values: Vec<f64> =
             if !(high - low).is_finite() || self.logarithmic && low.min(high) <= 0.0 {
                 Vec::new()

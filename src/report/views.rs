@@ -236,18 +236,23 @@ fn linked(text: &str) -> String {
     format!("{before}<a href=\"https://doi.org/10.{name}\">doi:10.{name}</a>{rest}")
 }
 
-/// The same; what stands between a pair of backticks is code.
-pub fn words(text: &str) -> String {
-    let text = linked(text);
+/// What stands between a pair of backticks is code, the rest is plain; all of it is where one has no pair.
+fn with_code(text: &str, plain: fn(&str) -> String, code: fn(&str) -> String) -> String {
     let parts: Vec<&str> = text.split('`').collect();
     if parts.len().is_multiple_of(2) {
-        return text;
+        return plain(text);
     }
     let part = |(index, part): (usize, &&str)| match index % 2 {
-        0 => (*part).to_owned(),
-        _ => format!("<code>{part}</code>"),
+        0 => plain(part),
+        _ => code(part),
     };
     parts.iter().enumerate().map(part).collect()
+}
+
+/// Text in elements, with a link to a work and with code.
+pub fn words(text: &str) -> String {
+    let code = |part: &str| format!("<code>{part}</code>");
+    with_code(&linked(text), str::to_owned, code)
 }
 
 fn quoted(cell: &str) -> String {
@@ -274,14 +279,10 @@ fn code_in_markdown(code: &str) -> String {
 
 /// Text in Markdown, in one line; what stands between a pair of backticks is code.
 pub fn in_markdown(text: &str) -> String {
-    let parts: Vec<&str> = text.split('`').collect();
-    if parts.len() > 2 && parts.len() % 2 == 1 {
-        let part = |(index, part): (usize, &&str)| match index % 2 {
-            0 => in_markdown(part),
-            _ => code_in_markdown(part),
-        };
-        return parts.iter().enumerate().map(part).collect();
-    }
+    with_code(text, plain_in_markdown, code_in_markdown)
+}
+
+fn plain_in_markdown(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for letter in harmless(text).chars() {
         match letter {

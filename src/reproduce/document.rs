@@ -41,9 +41,8 @@ impl Reproduction {
         // The claims with their distributions first.
         others.extend(beside.records.iter().rev().map(with_origin));
         let tiles = self.tiles(&others);
-        let (glance, more): (Vec<Tile>, Vec<Tile>) = tiles
-            .into_iter()
-            .partition(|of| AT_A_GLANCE.contains(&of.page));
+        let (glance, more): (Vec<Tile>, Vec<Tile>) =
+            tiles.into_iter().partition(|of| !MORE.contains(&of.page));
         let run = &runs.native;
         let words = format!("{}: {}", run.record.engine.label(), run.stages_in_words());
         let loaded = (run.last.bed(), punch_bottom(run), words);
@@ -82,37 +81,40 @@ impl Reproduction {
             let mut stated = self.beside.iter();
             let is_recorded = stated.any(|of| of.job == *page && of.recorded);
             let recorded = if is_recorded { ", recorded" } else { "" };
-            let (figure, words) = match *page {
-                "measures" => self.bits(),
+            let answer = &of.answer;
+            let (title, (figure, words)) = match *page {
+                "measures" => ("The same bits".to_owned(), self.bits()),
                 "verification" => {
                     let figure = format!("{} of {} faults", self.found(), self.faults.len());
-                    let words = format!("put in were found, down to a part in 10¹². {}", of.answer);
-                    (figure, words)
+                    let words = format!("put in were found, down to a part in 10¹². {answer}");
+                    ("Faults found".to_owned(), (figure, words))
                 }
-                "tradeoff" => match self.runs.iter().find(|run| run.folder == "yade-sorted") {
-                    None => halves(&of.answer),
-                    Some(run) => {
-                        let figure = format!("{:.0} times", run.times_native.unwrap_or(f64::NAN));
-                        let words = format!(
-                            "the time of a native step is what a step of YADE's sorted loop took here. The trade-off{recorded}: {}",
-                            of.answer
-                        );
-                        (figure, words)
-                    }
-                },
-                "candidates" => split(first_sentence(&of.answer), " settings"),
-                "claims" => split(&of.answer, " claims"),
-                _ => halves(&of.answer),
+                "tradeoff" => {
+                    let sorted = self.runs.iter().find(|run| run.folder == "yade-sorted");
+                    let told = match sorted {
+                        None => halves(answer),
+                        Some(run) => (
+                            format!("{:.0} times", run.times_native.unwrap_or(f64::NAN)),
+                            format!(
+                                "the time of a native step is what a step of YADE's sorted loop took here. The trade-off{recorded}: {answer}"
+                            ),
+                        ),
+                    };
+                    ("Speed and accuracy".to_owned(), told)
+                }
+                "candidates" => {
+                    let first = answer.split_inclusive(". ").next().unwrap_or(answer);
+                    let title = format!("Settings that give them{recorded}");
+                    (title, split(first.trim_end(), " settings"))
+                }
+                "claims" => (
+                    format!("Published figures{recorded}"),
+                    split(answer, " claims"),
+                ),
+                _ => (of.title.clone(), halves(answer)),
             };
             Tile {
-                title: match *page {
-                    "measures" => "The same bits".to_owned(),
-                    "verification" => "Faults found".to_owned(),
-                    "tradeoff" => "Speed and accuracy".to_owned(),
-                    "claims" => format!("Published figures{recorded}"),
-                    "candidates" => format!("Settings that give them{recorded}"),
-                    _ => of.title.clone(),
-                },
+                title,
                 figure,
                 words,
                 page,
@@ -334,14 +336,8 @@ fn with_origin((stated, document): &(Stated, Document)) -> (&'static str, Docume
     (stated.job, document)
 }
 
-/// Pages whose tiles stand on the first screen.
-const AT_A_GLANCE: [&str; 5] = [
-    "measures",
-    "verification",
-    "tradeoff",
-    "claims",
-    "candidates",
-];
+/// Pages whose tiles do not stand on the first screen.
+const MORE: [&str; 3] = ["paper", "search", "stability"];
 
 fn capital(words: &str) -> String {
     let mut letters = words.chars();
@@ -362,10 +358,6 @@ fn split(answer: &str, at: &str) -> (String, String) {
         Some((count, rest)) => (count.to_owned(), format!("{}{rest}", at.trim_start())),
         None => halves(answer),
     }
-}
-
-fn first_sentence(of: &str) -> &str {
-    of.split_inclusive(". ").next().unwrap_or(of).trim_end()
 }
 
 fn choices(run: &RunFolder) -> Section {

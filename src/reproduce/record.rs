@@ -23,7 +23,7 @@ use crate::suite::run::Verification;
 use grains::scene::paper_scene;
 use verdict::judge::Judgement;
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Reproduction {
     pub crossgrain: String,
     pub command: String,

@@ -111,27 +111,12 @@ fn description(run: &RunFolder, name: &str, parts: Vec<Value>) -> Value {
     json!({"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph})
 }
 
-/// A column of numbers, one or three an element.
-struct Column {
-    name: &'static str,
-    components: usize,
-    values: Vec<f64>,
-}
-
-fn scalar(name: &'static str, values: Vec<f64>) -> Column {
-    Column {
-        name,
-        components: 1,
-        values,
-    }
-}
+/// A column: its name, how many numbers an element has, and the numbers.
+type Column = (&'static str, usize, Vec<f64>);
 
 fn vector(name: &'static str, values: impl Iterator<Item = [f64; 2]>) -> Column {
-    Column {
-        name,
-        components: 3,
-        values: values.flat_map(|[x, z]| [x, 0.0, z]).collect(),
-    }
+    let values = values.flat_map(|[x, z]| [x, 0.0, z]);
+    (name, 3, values.collect())
 }
 
 /// The three files of a moment, as name and text.
@@ -153,9 +138,9 @@ fn stresses(scene: &Scene, moment: &Moment) -> (Vec<Components>, Vec<f64>) {
 
 fn stress_columns(of: &[Components]) -> [Column; 3] {
     [
-        scalar("stress_xx", of.iter().map(|of| of.xx).collect()),
-        scalar("stress_zz", of.iter().map(|of| of.zz).collect()),
-        scalar("stress_xz", of.iter().map(|of| of.xz).collect()),
+        ("stress_xx", 1, of.iter().map(|of| of.xx).collect()),
+        ("stress_zz", 1, of.iter().map(|of| of.zz).collect()),
+        ("stress_xz", 1, of.iter().map(|of| of.xz).collect()),
     ]
 }
 
@@ -179,15 +164,15 @@ fn grains(scene: &Scene, moment: &Moment) -> String {
     let points: Vec<[f64; 2]> = pairs(|of, id| [of.x[id], of.z[id]]).collect();
     let (stress, areas) = stresses(scene, moment);
     let mut columns = vec![
-        scalar("id", (0..bodies.len()).map(|id| id as f64).collect()),
-        scalar("radius", bodies.radius.clone()),
-        scalar("mass", bodies.mass.clone()),
+        ("id", 1, (0..bodies.len()).map(|id| id as f64).collect()),
+        ("radius", 1, bodies.radius.clone()),
+        ("mass", 1, bodies.mass.clone()),
         vector("velocity", pairs(|of, id| [of.vx[id], of.vz[id]])),
-        scalar("contacts", contact_numbers(moment)),
-        scalar("cell_area", areas),
+        ("contacts", 1, contact_numbers(moment)),
+        ("cell_area", 1, areas),
     ];
     if !bodies.spin.is_empty() {
-        columns.push(scalar("spin", bodies.spin.clone()));
+        columns.push(("spin", 1, bodies.spin.clone()));
     }
     columns.extend(stress_columns(&stress));
     poly_data(&points, &columns, "Verts", &vec![1; points.len()], &[])
@@ -207,7 +192,7 @@ fn contacts(moment: &Moment) -> String {
         [first, centre(contact.id2)]
     });
     let points: Vec<[f64; 2]> = ends.collect();
-    let number = |name, part: fn(&Contact) -> f64| scalar(name, of.iter().map(part).collect());
+    let number = |name, part: fn(&Contact) -> f64| (name, 1, of.iter().map(part).collect());
     let columns = [
         number("id1", |contact| f64::from(contact.id1)),
         number("id2", |contact| f64::from(contact.id2)),
@@ -227,8 +212,12 @@ fn cells(scene: &Scene, moment: &Moment) -> String {
     let points: Vec<[f64; 2]> = cells.corners.iter().flatten().copied().collect();
     let corners: Vec<usize> = cells.corners.iter().map(Vec::len).collect();
     let mut columns = vec![
-        scalar("id", (0..cells.corners.len()).map(|id| id as f64).collect()),
-        scalar("area", areas),
+        (
+            "id",
+            1,
+            (0..cells.corners.len()).map(|id| id as f64).collect(),
+        ),
+        ("area", 1, areas),
     ];
     columns.extend(stress_columns(&stress));
     poly_data(&points, &[], "Polys", &corners, &columns)
@@ -269,12 +258,11 @@ fn poly_data(
     text + &format!("</{kind}>\n</Piece>\n</PolyData>\n</VTKFile>\n")
 }
 
-fn column(text: &mut String, of: &Column) {
-    let (name, components) = (of.name, of.components);
+fn column(text: &mut String, (name, components, values): &Column) {
     *text += &format!(
         "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">\n"
     );
-    for row in of.values.chunks(components) {
+    for row in values.chunks(*components) {
         let row: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
         *text += &row.join(" ");
         text.push('\n');

@@ -9,16 +9,16 @@
 pub mod record;
 
 use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use record::{EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, TraceRow};
 use serde::Deserialize;
 
-use crate::exit;
 use crate::files::{
     FileError, file_digest, read_text, unpacked, unpacked_digest, write_folder, write_whole,
 };
-use crate::tables::{self as text, TableError, parse_rows};
+use crate::tables::{self as text, parse_rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::rotates;
 use grains::scene::{Scene, SceneError, parse_scene};
@@ -66,40 +66,14 @@ pub struct RunFolder {
     pub log: String,
 }
 
-#[derive(Debug, thiserror::Error)]
-pub enum FolderError {
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error("{path}: {source}")]
-    Scene { path: PathBuf, source: SceneError },
-    #[error(transparent)]
-    Table(#[from] TableError),
-    #[error(
-        "{path} was changed after it was written: {SUMS} has another digest; put back what was there, or run it again"
-    )]
-    Changed { path: PathBuf },
-    #[error(
-        "the run could have {rows} moments of history, and a run folder has at most {MOST_MOMENTS}: raise \
-         /measurement/history_every, which is {every}, or lower /settle/max_steps"
-    )]
-    TooLong { rows: u64, every: u64 },
-    #[error("{path} is not a run folder: {reason}")]
-    Inconsistent { path: PathBuf, reason: String },
-    #[error(
-        "{} is a run that was asked to end; first go on with crossgrain run SCENE --engine native --from-state {} --out DIR",
-        path.display(), path.display()
-    )]
-    Interrupted { path: PathBuf },
+fn not_a_run(path: &Path, reason: impl Display) -> FileError {
+    let path = path.display();
+    FileError::Unfit(format!("{path} is not a run folder: {reason}"))
 }
 
-impl FolderError {
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            FolderError::File(error) => error.exit_code(),
-            FolderError::Table(error) => error.exit_code(),
-            _ => exit::USAGE,
-        }
-    }
+/// What is wrong with the scene of this file.
+pub fn bad_scene(path: &Path, error: &SceneError) -> FileError {
+    FileError::Unfit(format!("{}: {error}", path.display()))
 }
 
 /// Files of a run folder, and what they are.
@@ -183,7 +157,7 @@ impl RunFolder {
     }
 
     /// Writes the folder aside and renames it into place; `path` must not exist.
-    pub fn write(&self, path: &Path) -> Result<(), FolderError> {
+    pub fn write(&self, path: &Path) -> Result<(), FileError> {
         write_folder(path, |aside| self.fill(aside))
     }
 
@@ -192,16 +166,11 @@ impl RunFolder {
         stages_in_words(&self.record.stages)
     }
 
-    fn fill(&self, folder: &Path) -> Result<(), FolderError> {
+    fn fill(&self, folder: &Path) -> Result<(), FileError> {
         let json = |name: &str, text: serde_json::Result<String>| {
             let path = folder.join(name);
-            match text {
-                Ok(text) => Ok(write_whole(&path, (text + "\n").as_bytes())?),
-                Err(error) => Err(FolderError::Inconsistent {
-                    path,
-                    reason: error.to_string(),
-                }),
-            }
+            let text = text.map_err(|error| not_a_run(&path, error))?;
+            write_whole(&path, (text + "\n").as_bytes())
         };
         json("scene.json", serde_json::to_string_pretty(&self.scene))?;
         text::write_bodies(&folder.join("initial.csv"), &self.initial)?;
@@ -226,26 +195,24 @@ impl RunFolder {
             write_whole(&folder.join(name), self.log.as_bytes())?;
         }
         json(RECORD, serde_json::to_string_pretty(&self.record))?;
-        Ok(write_sums(folder)?)
+        write_sums(folder)
     }
 
     /// Reads a folder and checks that its parts belong together and that the run came to its end.
-    pub fn read(path: &Path) -> Result<Self, FolderError> {
+    pub fn read(path: &Path) -> Result<Self, FileError> {
         let run = RunFolder::read_so_far(path)?;
         match run.record.stop() {
-            Some(StopReason::Interrupted) => Err(FolderError::Interrupted {
-                path: path.to_owned(),
-            }),
+            Some(StopReason::Interrupted) => Err(FileError::Unfit(format!(
+                "{0} is a run that was asked to end; first go on with crossgrain run SCENE --engine native --from-state {0} --out DIR",
+                path.display()
+            ))),
             _ => Ok(run),
         }
     }
 
     /// The same, also of a run that was asked to end.
-    pub fn read_so_far(path: &Path) -> Result<Self, FolderError> {
-        let wrong = |reason: String| FolderError::Inconsistent {
-            path: path.to_owned(),
-            reason,
-        };
+    pub fn read_so_far(path: &Path) -> Result<Self, FileError> {
+        let wrong = |reason: String| not_a_run(path, reason);
         let record_path = path.join(RECORD);
         if !record_path.exists() {
             return Err(wrong(without(path, RECORD)));
@@ -270,7 +237,7 @@ impl RunFolder {
         let same = record.time_step.to_bits() == scene.time_step_seconds().to_bits();
         ensure(same, "the time step of run.json is not the scene's")?;
         let count = scene.particles.count;
-        let bodies_in = |name: &str| -> Result<Bodies, FolderError> {
+        let bodies_in = |name: &str| -> Result<Bodies, FileError> {
             let bodies = text::read_bodies(&packed(path, name), count)?;
             let (found, wanted) = (bodies.len(), count as usize);
             let otherwise = format!("{name} has {found} grains, the scene {count}");
@@ -282,7 +249,7 @@ impl RunFolder {
         let same = initial.rotate() == rotates(&scene);
         let why = "initial.csv and scene.json do not agree on whether grains rotate";
         ensure(same, why)?;
-        let moment_in = |prefix: &str| -> Result<Moment, FolderError> {
+        let moment_in = |prefix: &str| -> Result<Moment, FileError> {
             let bodies = bodies_in(&format!("{prefix}bodies.csv"))?;
             let same = bodies.radius == initial.radius
                 && bodies.mass == initial.mass
@@ -386,7 +353,7 @@ impl RunFolder {
 }
 
 /// That the longest run that the scene's rules allow can be read back: asked before it is run.
-pub fn has_room_for_history(scene: &Scene, protocol: Protocol) -> Result<(), FolderError> {
+pub fn has_room_for_history(scene: &Scene, protocol: Protocol) -> Result<(), FileError> {
     let every = scene.measurement.history_every;
     let loading = &scene.loading;
     let stride = loading.speed * scene.time_step_seconds();
@@ -401,7 +368,10 @@ pub fn has_room_for_history(scene: &Scene, protocol: Protocol) -> Result<(), Fol
         .saturating_add(load / every)
         .saturating_add(4);
     match rows > MOST_MOMENTS {
-        true => Err(FolderError::TooLong { rows, every }),
+        true => Err(FileError::Unfit(format!(
+            "the run could have {rows} moments of history, and a run folder has at most {MOST_MOMENTS}: raise \
+             /measurement/history_every, which is {every}, or lower /settle/max_steps"
+        ))),
         false => Ok(()),
     }
 }
@@ -448,11 +418,8 @@ fn without(folder: &Path, name: &str) -> String {
 }
 
 /// Every file that is listed is there and as it was written, and every file that a run may have is listed.
-fn check_sums(folder: &Path) -> Result<(), FolderError> {
-    let wrong = |reason: String| FolderError::Inconsistent {
-        path: folder.to_owned(),
-        reason,
-    };
+fn check_sums(folder: &Path) -> Result<(), FileError> {
+    let wrong = |reason: String| not_a_run(folder, reason);
     let path = folder.join(SUMS);
     if path.symlink_metadata().is_err() {
         return Err(wrong(without(folder, SUMS)));
@@ -481,7 +448,10 @@ fn check_sums(folder: &Path) -> Result<(), FolderError> {
             false => file_digest(&path)?,
         };
         if found != digest {
-            return Err(FolderError::Changed { path });
+            return Err(FileError::Unfit(format!(
+                "{} was changed after it was written: {SUMS} has another digest; put back what was there, or run it again",
+                path.display()
+            )));
         }
         listed.insert(name);
     }
@@ -505,12 +475,9 @@ fn packed(folder: &Path, name: &str) -> PathBuf {
 /// A scene file larger than this is not one of ours.
 const LARGEST_SCENE: u64 = 1 << 20;
 
-pub fn read_scene(path: &Path) -> Result<Scene, FolderError> {
+pub fn read_scene(path: &Path) -> Result<Scene, FileError> {
     let text = read_text(path, LARGEST_SCENE)?;
-    parse_scene(&text).map_err(|source| FolderError::Scene {
-        path: path.to_owned(),
-        source,
-    })
+    parse_scene(&text).map_err(|error| bad_scene(path, &error))
 }
 
 /// The folder that the recorded run of YADE is unpacked into, which is carried in the program. `reference_data/README.md` says
@@ -549,11 +516,11 @@ pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
     })
 }
 
-pub fn recorded_history() -> Result<Vec<HistoryRow>, FolderError> {
+pub fn recorded_history() -> Result<Vec<HistoryRow>, FileError> {
     let wanted = "history.csv.gz";
     let packed = RECORDED_FILES.iter().find(|(name, _)| *name == wanted);
     let text = unpacked(wanted.as_ref(), packed.map_or(&[], |(_, bytes)| *bytes))?;
-    Ok(parse_rows(wanted.as_ref(), &text)?)
+    parse_rows(wanted.as_ref(), &text)
 }
 
 /// Whether a folder holds exactly the recorded run.

@@ -175,7 +175,7 @@ impl Member {
     }
 
     /// One that gave nothing.
-    pub(super) fn without(of: &Specification, realization: u64, ending: Ending) -> Self {
+    pub fn without(of: &Specification, realization: u64, ending: Ending) -> Self {
         Member {
             specification: of.digest(),
             realization,

@@ -618,7 +618,7 @@ type Given = ([f64; 2], [f64; 2], f64);
 fn grains(given: &[Given], steps: u64, every: u64) -> (Scene, Task) {
     let mut scene = paper_scene(1, given.len() as u32);
     scene.measurement.history_every = every;
-    let mut bodies = Bodies::with_capacity(given.len());
+    let mut bodies = Bodies::default();
     for &(position, velocity, radius) in given {
         bodies.push(position, velocity, radius, scene.grain_mass(radius));
     }
@@ -670,7 +670,7 @@ fn punch() -> Job {
     scene.loading.speed = 0.5;
     scene.measurement.history_every = 20;
     let radius = 0.005;
-    let mut bodies = Bodies::with_capacity(5);
+    let mut bodies = Bodies::default();
     for column in 0..5 {
         let x = 0.008 + 0.011 * f64::from(column);
         bodies.push([x, radius], [0.0; 2], radius, scene.grain_mass(radius));

@@ -111,13 +111,15 @@ impl Limits {
     }
 }
 
+/// Whether the checks fail with these cases and options.
+type Fails<'a> = dyn Fn(&[Case], &CaseOptions) -> bool + Sync + 'a;
+
 /// A case of any kind, ready to be run with a fault.
 struct Subject<'a> {
     id: &'a str,
     evidence: Evidence,
     cases: &'a [Case],
-    /// Whether the checks fail with these cases and options.
-    fails: Box<dyn Fn(&[Case], &CaseOptions) -> bool + Sync + 'a>,
+    fails: Box<Fails<'a>>,
 }
 
 impl Subject<'_> {

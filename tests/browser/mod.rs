@@ -48,13 +48,16 @@ fn inspect(browser: &mut Browser, name: &str, page: &Path) {
     inspect_words(browser, name, page);
 }
 
+/// What the questions complain of.
+fn asked(browser: &mut Browser, page: &Path) -> Vec<String> {
+    look::open(browser, page);
+    let questions = QUESTIONS.iter();
+    questions.flat_map(|question| question(browser)).collect()
+}
+
 /// Everything that is asked of a page whose tables may have no numbers.
 fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
-    look::open(browser, page);
-    let mut all = Vec::new();
-    for question in QUESTIONS {
-        all.extend(question(browser));
-    }
+    let mut all = asked(browser, page);
     look::open(browser, page);
     keep_pictures(browser, name);
     all.extend(look::print(browser));
@@ -84,11 +87,7 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
     let height = height.as_f64().expect("a height");
     assert!(height <= MOST_PIXELS, "{height} px");
     for other in ["measures", "paper"] {
-        look::open(&mut browser, &folder.join(format!("o/{other}.html")));
-        let mut said = Vec::new();
-        for question in QUESTIONS {
-            said.extend(question(&mut browser));
-        }
+        let said = asked(&mut browser, &folder.join(format!("o/{other}.html")));
         assert!(said.is_empty(), "{other}: {said:#?}");
     }
     // The last of them has numbers.

@@ -1,10 +1,10 @@
 //! Record files that were cut off, changed, or are of another campaign: not believed, named, and made good.
 
 use crossgrain::study::campaign::{Campaign, Member};
-use crossgrain::study::{plan::Plan, store};
+use crossgrain::study::plan::Plan;
 
 use super::{
-    Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan, study,
+    Chance, MEMBERS, expected, finishes_as_expected, merged_bytes, must, plan, record_line, study,
 };
 
 use crate::support::*;
@@ -33,10 +33,17 @@ impl Finished {
         }
     }
 
-    fn status(&self) -> (i32, Value) {
-        let (code, said, errors) = campaign(&self.place, "status", &["--json"]);
-        let status = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{said}{errors}"));
-        (code, status)
+    /// The damaged lines that are told of these bytes, and how many rows are finished.
+    fn status(&self, bytes: &[u8], code: i32) -> (Vec<u64>, u64) {
+        self.put(bytes);
+        let status = prints(&self.place, code, "study status c --json");
+        let damaged = status["damaged"].as_array().expect("a list").iter();
+        let line = |entry: &Value| {
+            assert_eq!(entry[0], "shard-1-of-1.jsonl");
+            entry[1].as_u64().expect("a line")
+        };
+        let finished = status["finished"].as_u64().expect("a number");
+        (damaged.map(line).collect(), finished)
     }
 }
 
@@ -56,15 +63,6 @@ fn strange_lines(bytes: &[u8], sound: &[u8]) -> Vec<u64> {
         .collect()
 }
 
-fn damaged_lines(status: &Value) -> Vec<u64> {
-    let damaged = status["damaged"].as_array().expect("a list");
-    let number = |entry: &Value| {
-        assert_eq!(entry[0], "shard-1-of-1.jsonl");
-        entry[1].as_u64().expect("a line")
-    };
-    damaged.iter().map(number).collect()
-}
-
 /// Every way to cut is reported for what it is; a few are run to their end.
 #[test]
 fn a_file_that_was_cut_off_counts_to_its_last_whole_record() {
@@ -78,12 +76,9 @@ fn a_file_that_was_cut_off_counts_to_its_last_whole_record() {
     cuts.extend([0, newline, newline + 1, sound.len() - 1]);
     for (index, cut) in cuts.into_iter().enumerate() {
         let bytes = &sound[..cut];
-        campaign_of.put(bytes);
-        let (code, status) = campaign_of.status();
-        assert_eq!(code, 3, "cut at {cut}");
         let whole = bytes.iter().filter(|byte| **byte == b'\n').count();
-        assert_eq!(status["finished"], whole, "cut at {cut}");
-        assert_eq!(damaged_lines(&status), strange_lines(bytes, sound));
+        let told = (strange_lines(bytes, sound), whole as u64);
+        assert_eq!(campaign_of.status(bytes, 3), told, "cut at {cut}");
         let place = &campaign_of.place;
         study(place, 3, "merge", &[]);
         if index % 4 == 0 {
@@ -106,13 +101,10 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
     for (index, place) in places.into_iter().enumerate() {
         let mut bytes = sound.clone();
         bytes[place] ^= 1 << chance.below(8);
-        campaign_of.put(&bytes);
         let strange = strange_lines(&bytes, sound);
         assert!(!strange.is_empty());
-        let (code, status) = campaign_of.status();
-        assert_eq!(code, 3, "byte {place}");
-        assert_eq!(damaged_lines(&status), strange, "byte {place}");
-        let finished = status["finished"].as_u64().expect("a number");
+        let (damaged, finished) = campaign_of.status(&bytes, 3);
+        assert_eq!(damaged, strange, "byte {place}");
         // A line's end that is gone takes two records with it.
         let lost = if sound[place] == b'\n' { 2 } else { 1 };
         assert_eq!(finished, MEMBERS - lost, "byte {place}");
@@ -137,10 +129,9 @@ fn rubbish_is_no_record() {
     bytes.extend((0..100_000).map(|_| chance.below(256) as u8));
     bytes.push(b'\n');
     bytes.extend(std::iter::repeat_n(b'x', 5_000_000));
-    campaign_of.put(&bytes);
-    let (code, status) = campaign_of.status();
-    assert_eq!(code, 0, "every member has its record");
-    assert!(damaged_lines(&status).len() > 100);
+    // Every member has its record.
+    let (damaged, finished) = campaign_of.status(&bytes, 0);
+    assert!(damaged.len() > 100 && finished == MEMBERS);
     finishes_as_expected(&campaign_of.place);
 }
 
@@ -149,13 +140,6 @@ fn member(bytes: &[u8]) -> Member {
     let text = std::str::from_utf8(&bytes[..line_end(bytes)]).expect("text");
     let (_, json) = text.split_once('{').expect("JSON");
     serde_json::from_str(&format!("{{{json}")).expect("a member")
-}
-
-/// The member as a sound line of the campaign's records.
-fn line(folder: &Path, member: &Member) -> String {
-    let plan = Plan::<Campaign>::read(folder).expect("a plan").digest();
-    let json = serde_json::to_string(member).expect("JSON");
-    store::line(&plan, member.member, &json)
 }
 
 /// A record that says something else with a sound check: somebody, or an engine, is wrong.
@@ -167,7 +151,8 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let mut wrong = member(&campaign_of.sound);
     wrong.load_steps += 1;
     let number = wrong.member;
-    let line = line(&folder, &wrong) + "\n";
+    let plan = Plan::<Campaign>::read(&folder).expect("a plan");
+    let line = record_line(&plan.digest(), &wrong);
     fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
     let (_, errors) = study(&campaign_of.place, 1, "merge", &[]);
     let words = format!("row {number} is written twice and differently");
@@ -193,7 +178,7 @@ fn records_of_another_plan_are_not_believed() {
     // Nor is a record of a member that the plan does not have.
     let mut beyond = member(&campaign_of.sound);
     beyond.member = MEMBERS + 1;
-    let line = line(&folder, &beyond) + "\n";
+    let line = record_line(&other.digest(), &beyond);
     fs::write(folder.join(FILE), line).expect("writable");
     let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 24 rows finished", "line 1 is no whole row"]);

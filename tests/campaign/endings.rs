@@ -97,31 +97,20 @@ fn with_yade(members: u64, also: &str) -> Place {
     place
 }
 
-fn run(place: &Path) -> (i32, String, String) {
-    let yade = place.join("yade");
-    let options = ["--threads", "2", "--yade", &yade.to_string_lossy()];
-    campaign(place, "run", &options)
-}
+const WITH_IT: [&str; 4] = ["--threads", "2", "--yade", "./yade"];
 
 /// A YADE that crashes for some members: the others are written down, and the same command goes on.
 #[test]
 fn a_broken_engine_is_no_row() {
-    let fails = "if member in (2, 5) and not os.path.exists('mended'): raise SystemExit('broken')";
+    let fails = "if member in (2, 5) and not os.path.exists(__file__ + '-is-mended'): raise SystemExit('broken')";
     let place = with_yade(6, fails);
-    // A program is started where it is needed, not where this one is.
-    let text = text_of(place.join("yade"));
-    let mended = place.join("mended");
-    let text = text.replace("'mended'", &format!("{:?}", mended.to_string_lossy()));
-    fs::write(place.join("yade"), text).expect("writable");
-    let (code, _, errors) = run(&place);
-    assert_eq!(code, 4, "{errors}");
+    let (_, errors) = study(&place, 4, "run", &WITH_IT);
     has(&errors, ["4 rows are written down", "broken"]);
     has(&errors, ["rows 2, 5 the engine failed"]);
     let (said, _) = study(&place, 3, "status", &[]);
     has(&said, ["4 of 6", "missing: rows 2, 5"]);
-    fs::write(mended, "").expect("writable");
-    let (code, said, errors) = run(&place);
-    assert_eq!(code, 0, "{errors}");
+    fs::write(place.join("yade-is-mended"), "").expect("writable");
+    let said = must(&place, "run", &WITH_IT);
     has(&said, ["6 rows, 4 of them finished before"]);
     has(&said, ["merged 6 rows of YADE 2023.02a: 6 did not settle"]);
 }
@@ -130,8 +119,7 @@ fn a_broken_engine_is_no_row() {
 fn a_missing_engine_is_no_row() {
     let place = &with_yade(3, "");
     fs::remove_file(place.join("yade")).expect("a file");
-    let (code, _, errors) = run(place);
-    assert_eq!(code, 4, "{errors}");
+    let (_, errors) = study(place, 4, "run", &WITH_IT);
     has(&errors, ["YADE is missing"]);
     let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 3 rows finished"]);
@@ -141,8 +129,7 @@ fn a_missing_engine_is_no_row() {
 #[test]
 fn lines_tell_members_an_hour_and_the_time_left() {
     let place = &with_yade(4, "time.sleep(6)");
-    let yade = place.join("yade");
-    let options = ["--threads", "1", "--yade", &yade.to_string_lossy()];
+    let options = ["--threads", "1", "--yade", "./yade"];
     let (_, errors) = study(place, 0, "run", &options);
     let line = errors.lines().find(|line| line.contains(" s left"));
     let line = line.unwrap_or_else(|| panic!("no line says the time left: {errors}"));

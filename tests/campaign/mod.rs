@@ -12,7 +12,8 @@ mod together;
 use std::sync::OnceLock;
 
 use crossgrain::files::file_digest;
-use crossgrain::study::{campaign::Campaign, realization::Runner};
+use crossgrain::study::campaign::{Campaign, Member};
+use crossgrain::study::{realization::Runner, store};
 
 use crate::support::*;
 
@@ -61,6 +62,12 @@ pub fn lines(path: &Path) -> usize {
 fn records(folder: &Path, shard: &str) -> PathBuf {
     let (index, of) = shard.split_once('/').expect("I/N");
     folder.join(format!("records/shard-{index}-of-{of}.jsonl"))
+}
+
+/// The member as a line of the records of the plan with this digest.
+pub fn record_line(plan: &str, member: &Member) -> String {
+    let json = serde_json::to_string(member).expect("JSON");
+    store::line(plan, member.member, &json) + "\n"
 }
 
 /// Runs the program on the campaign `c`: exit code, standard output, standard error.

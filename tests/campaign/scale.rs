@@ -3,11 +3,12 @@
 
 use std::io::{BufWriter, Write};
 
+use crossgrain::study::Study;
 use crossgrain::study::campaign::{Campaign, Member};
+use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::{Ending, Engines};
-use crossgrain::study::{Study, plan::Plan, store};
 
-use super::plan;
+use super::{plan, record_line};
 
 use crate::support::*;
 
@@ -15,8 +16,8 @@ use crate::support::*;
 fn fabricated(members: u64, shards: u64) -> Place {
     let place = plan(&tiny_scene(), members, "c");
     let folder = place.join("c");
-    let plan = Plan::<Campaign>::read(&folder).expect("a plan");
-    let digest = plan.digest();
+    let open = Folder::<Campaign>::open(&folder).expect("a campaign");
+    let (plan, digest) = (&open.plan, open.plan.digest());
     let first = plan.study.run(1, &Engines::default(), Path::new(""));
     let mut member = first.expect("a member");
     for index in 1..=shards {
@@ -24,8 +25,7 @@ fn fabricated(members: u64, shards: u64) -> Place {
         let mut file = BufWriter::new(fs::File::create(path).expect("writable"));
         for number in (index..=members).step_by(shards as usize) {
             (member.member, member.realization) = (number, plan.study.realization(number));
-            let json = serde_json::to_string(&member).expect("JSON");
-            writeln!(file, "{}", store::line(&digest, number, &json)).expect("room");
+            write!(file, "{}", record_line(&digest, &member)).expect("room");
         }
         file.flush().expect("room");
     }

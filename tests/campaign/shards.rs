@@ -6,19 +6,13 @@ use crossgrain::study::{Study, campaign::Campaign, machine::Folder, realization:
 use crate::support::*;
 
 #[test]
-fn bytes_do_not_depend_on_threads() {
+fn bytes_do_not_depend_on_threads_and_a_member_run_again_is_the_recorded_one() {
     let place = &plan(&tiny_scene(), MEMBERS, "c");
     finishes_as_expected(place);
     let words = "24 of 24 rows finished, merged";
     has(&must(place, "status", &[]), [words]);
-}
-
-#[test]
-fn a_member_run_again_is_the_recorded_one() {
-    let place = &plan(&tiny_scene(), MEMBERS, "c");
-    finishes_as_expected(place);
-    let folder = Folder::<Campaign>::open(&place.join("c")).expect("a campaign");
-    let merged = folder.merged().expect("a merged campaign");
+    let open = || Folder::<Campaign>::open(&place.join("c")).expect("a campaign");
+    let merged = open().merged().expect("a merged campaign");
     for number in [1, MEMBERS] {
         let member = merged
             .plan

@@ -157,19 +157,19 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
                     at("local_zz", mean * (1.0 + 0.1 * source.normal()));
                 }
             }
+            let ending = match missed {
+                true => Ending::TargetLoadNotReached,
+                false => Ending::Reached,
+            };
             Member {
                 member: number,
                 realization: number,
+                ending,
                 engine: "drawn".to_owned(),
-                ending: [Ending::Reached, Ending::TargetLoadNotReached][usize::from(missed)]
-                    .clone(),
-                pour_steps: 1,
-                load_steps: 1,
-                settled_state: None,
-                loaded_state: None,
                 measured,
                 settled: Some(fields(truth, Moment::Settled, &tables[1], &mut source)),
                 loaded: (!missed).then(|| fields(truth, Moment::Loaded, &tables[0], &mut source)),
+                ..Member::default()
             }
         })
         .collect()

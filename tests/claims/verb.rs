@@ -1,12 +1,13 @@
 //! The verb: record, page and exit code.
 
-use crossgrain::study::campaign::{Campaign, Member};
+use crossgrain::study::campaign::Campaign;
 use crossgrain::study::claims::{Claim, Claims, Verdict};
 use crossgrain::study::machine::{Folder, Machine as _};
-use crossgrain::study::{realization::Runner, store};
+use crossgrain::study::realization::Runner;
 use evidence::distribution::Distribution;
 
 use super::truth::{Truth, members};
+use crate::campaign::record_line;
 
 use crate::support::*;
 
@@ -16,12 +17,9 @@ fn write_campaign(folder: &Path, truth: &Truth) {
     let runner = Runner::Native;
     let plan = Campaign::plan(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
     plan.write(folder).expect("a new folder");
-    let digest = plan.digest();
-    let line = |member: &Member| {
-        let json = serde_json::to_string(member).expect("JSON");
-        store::line(&digest, member.member, &json) + "\n"
-    };
-    let lines: String = members(&scene, truth).iter().map(line).collect();
+    let members = members(&scene, truth);
+    let lines = members.iter().map(|of| record_line(&plan.digest(), of));
+    let lines: String = lines.collect();
     fs::write(folder.join("records/shard-1-of-1.jsonl"), lines).expect("a writable folder");
     let merged = Folder::<Campaign>::open(folder).and_then(|of| of.merge());
     merged.expect("whole rows");

@@ -1,6 +1,10 @@
 //! One engine with many ways to be broken: each ends within its limits, in little memory, with its own sentence and exit code,
 //! and leaves no process and no folder behind. What is only odd is believed as far as its tables prove it.
 
+use std::sync::Mutex;
+
+use crossgrain::workers;
+
 use crate::support::*;
 
 /// What each of them can use.
@@ -182,21 +186,15 @@ fn wrong(does: &str, sentence: &str, code: &str) -> Option<String> {
 
 #[test]
 fn every_hostile_engine_ends_in_its_own_sentence() {
-    let all: Vec<[&str; 4]> = rows(HOSTILE).collect();
-    assert!(all.len() > 90);
+    let found = Mutex::new(Vec::new());
     // Most of the time they wait.
-    let each = |[name, does, sentence, code]: &[&str; 4]| {
-        wrong(does, sentence, code).map(|what| format!("{name}: {what}"))
-    };
-    let found: Vec<String> = std::thread::scope(|scope| {
-        let parts = all.chunks(all.len().div_ceil(6));
-        let parts: Vec<_> = parts
-            .map(|part| scope.spawn(move || part.iter().filter_map(each).collect::<Vec<_>>()))
-            .collect();
-        parts
-            .into_iter()
-            .flat_map(|part| part.join().expect("no panic"))
-            .collect()
+    let done = workers::each(rows(HOSTILE), 6, |[name, does, sentence, code]| {
+        let what = wrong(does, sentence, code).map(|what| format!("{name}: {what}"));
+        workers::lock(&found).push(what);
+        Ok::<(), ()>(())
     });
+    let found = found.into_inner().expect("no panic");
+    assert!(done.is_ok() && found.len() > 90);
+    let found: Vec<String> = found.into_iter().flatten().collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
 }

@@ -3,12 +3,10 @@
 //! The browser reads commands of the DevTools protocol from its file descriptor 3 and answers on 4, each JSON ended by a NUL.
 
 use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::ChildStdin;
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
 
-use serde_json::{Value, json};
+use super::*;
 
 /// Longest wait for an answer; this machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -37,14 +35,15 @@ const FLAGS: [&str; 12] = [
 
 /// One browser with one page.
 pub struct Browser {
-    child: Child,
+    /// Its helpers end with it.
+    _child: Running,
     commands: ChildStdin,
     answers: Receiver<Value>,
     sent: u64,
     session: Option<String>,
     /// What the page did since it was opened, oldest first.
     events: Vec<Value>,
-    _profile: tempfile::TempDir,
+    _profile: Place,
 }
 
 /// Debian's program, or the one that `CROSSGRAIN_BROWSER` names.
@@ -52,15 +51,20 @@ fn program() -> PathBuf {
     std::env::var_os("CROSSGRAIN_BROWSER").map_or("chromium".into(), PathBuf::from)
 }
 
+fn missing(method: &str, error: &dyn std::error::Error) -> ! {
+    let program = program().display().to_string();
+    panic!("{program}: no answer to {method}: {error}; ci/install_browser installs it")
+}
+
 impl Browser {
     /// Panics if there is no browser: `ci/install_browser` installs one.
     pub fn start() -> Self {
-        let profile = tempfile::tempdir().expect("a temporary folder");
+        let profile = new_folder();
         let mut child = Command::new("bash")
             .args(["-c", BECOME_THE_BROWSER, "bash"])
             .arg(program())
             .args(FLAGS)
-            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg(format!("--user-data-dir={}", profile.display()))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -80,7 +84,7 @@ impl Browser {
             }
         });
         let mut browser = Browser {
-            child,
+            _child: Running(child),
             commands,
             answers,
             sent: 0,
@@ -106,11 +110,7 @@ impl Browser {
             command["sessionId"] = json!(session);
         }
         let sent = write!(self.commands, "{command}\0").and_then(|()| self.commands.flush());
-        assert!(
-            sent.is_ok(),
-            "{} has gone; ci/install_browser installs it",
-            program().display()
-        );
+        sent.unwrap_or_else(|error| missing(method, &error));
         loop {
             let answer = self.answer(method);
             if answer["id"] == self.sent {
@@ -124,12 +124,7 @@ impl Browser {
 
     fn answer(&self, of: &str) -> Value {
         let answer = self.answers.recv_timeout(PATIENCE);
-        answer.unwrap_or_else(|error| {
-            panic!(
-                "{}: no answer to {of}: {error}; ci/install_browser installs it",
-                program().display()
-            )
-        })
+        answer.unwrap_or_else(|error| missing(of, &error))
     }
 
     /// Opens a file and waits until it is loaded and drawn.
@@ -225,7 +220,7 @@ impl Browser {
         }
         let picture = self.call("Page.captureScreenshot", wanted);
         let bytes = base64(picture["data"].as_str().expect("a picture"));
-        std::fs::write(path, bytes).expect("a writable folder");
+        fs::write(path, bytes).expect("a writable folder");
     }
 
     /// The page printed, a PDF file.
@@ -233,14 +228,6 @@ impl Browser {
         let wanted = json!({"printBackground": true, "preferCSSPageSize": true});
         let printed = self.call("Page.printToPDF", wanted);
         base64(printed["data"].as_str().expect("a document"))
-    }
-}
-
-impl Drop for Browser {
-    fn drop(&mut self) {
-        // Its helpers end with it.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 

@@ -1,29 +1,8 @@
 //! What every page must have.
 
-use crossgrain::engine::yade;
 use crossgrain::report::Page;
-use crossgrain::reproduce::{Options, record::Beside};
 
 use super::*;
-
-/// The main job of the small scene where there is no YADE.
-pub fn job_without_yade(out: &Path, beside: Beside) -> Options {
-    Options {
-        out: out.to_owned(),
-        scene: small_scene(),
-        full: false,
-        suite: false,
-        recorded: false,
-
-        yade: yade::Options {
-            program: Some("/nowhere/yade".into()),
-            ..yade::Options::default()
-        },
-        fault: None,
-        beside,
-        command: "a test".to_owned(),
-    }
-}
 
 /// Every file has a name of its own and one link on the page; every figure stands once, and is written as SVG and CSV with
 /// numbers.

@@ -33,31 +33,21 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
     let largest = mean_radius * (1.0 + scene.particles.dispersion);
     let play = jitter * (0.5 * pitch - largest);
 
-    let mut bodies = Bodies::with_capacity(count);
+    let mut bodies = Bodies::default();
     for index in 0..count {
         let column = (index % columns as usize) as f64;
         let row = (index / columns as usize) as f64;
-        let radius = mean_radius * (1.0 + scene.particles.dispersion * symmetric(&mut random));
-        bodies.push(
-            [
-                from + (column + 0.5) * pitch + play * symmetric(&mut random),
-                (row + 0.5) * pitch + play * symmetric(&mut random),
-            ],
-            [
-                speed * symmetric(&mut random),
-                speed * symmetric(&mut random),
-            ],
-            radius,
-            scene.grain_mass(radius),
-        );
+        let mut random = || symmetric(&mut random);
+        let radius = mean_radius * (1.0 + scene.particles.dispersion * random());
+        let x = from + (column + 0.5) * pitch + play * random();
+        let z = (row + 0.5) * pitch + play * random();
+        let velocity = [speed * random(), speed * random()];
+        bodies.push([x, z], velocity, radius, scene.grain_mass(radius));
     }
     if rotates(scene) {
         // What nothing slows down in pouring would never rest.
-        let spin = if Model::of(scene).law.rotates() {
-            spin
-        } else {
-            0.0
-        };
+        let turns_in_pouring = Model::of(scene).law.rotates();
+        let spin = if turns_in_pouring { spin } else { 0.0 };
         // After all other numbers, so that a cloud has the same places with and without spins.
         // A sum, so that no spin is a negative zero.
         let spins = (0..count).map(|_| 0.0 + spin * symmetric(&mut random));

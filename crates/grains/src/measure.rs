@@ -55,59 +55,58 @@ pub fn all(scene: &Scene, settled: Option<Bed<'_>>, last: Bed<'_>) -> Vec<Quanti
 
 fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity> {
     let mut quantities = Vec::new();
-    let mut add = |key: &str, value: f64, unit: &str| {
-        quantities.push(Quantity {
+    let mut add = |key: &str, value: Option<f64>, unit: &str| {
+        quantities.extend(value.map(|value| Quantity {
             key: format!("{moment}.{key}"),
             value,
             unit: unit.to_owned(),
-        });
+        }));
     };
+    let bodies = bed.bodies;
     let heights = [
-        ("highest_grain", highest_grain(bed.bodies)),
-        ("mean_surface", mean_surface(scene, bed.bodies)),
-        ("twice_centre_of_mass", twice_centre_of_mass(bed.bodies)),
+        ("highest_grain", highest_grain(bodies)),
+        ("mean_surface", mean_surface(scene, bodies)),
+        ("twice_centre_of_mass", twice_centre_of_mass(bodies)),
     ];
     for (name, height) in heights {
-        add(&format!("height.{name}"), height, "m");
+        add(&format!("height.{name}"), Some(height), "m");
     }
     for (name, height) in heights {
-        let porosity = porosity::from_height(bed.bodies, scene.container.width, height);
-        add(&format!("porosity.from_{name}"), porosity, "1");
+        let porosity = porosity::from_height(bodies, scene.container.width, height);
+        add(&format!("porosity.from_{name}"), Some(porosity), "1");
     }
     let window = porosity::Window::interior(scene, surface);
-    let cells = cells::of(scene, bed.bodies);
-    if let Some(value) = porosity::in_window(bed.bodies, &window) {
-        add("porosity.in_window", value, "1");
-    }
-    if let Some(value) = porosity::of_cells(bed.bodies, &cells, &window) {
-        add("porosity.of_cells", value, "1");
-    }
+    let cells = cells::of(scene, bodies);
     let coordination = neighbourhood::coordination(bed);
-    add("coordination.mean", coordination.mean, "1");
-    if let Some(value) = coordination.mean_without_rattlers {
-        add("coordination.mean_without_rattlers", value, "1");
-    }
-    add("coordination.rattlers", coordination.rattler_share, "1");
-    if let Some(value) = unbalanced_force(scene.gravity, bed) {
-        add("unbalanced_force", value, "1");
-    }
-    add("energy.kinetic", bed.bodies.kinetic_energy(), "J");
-    add("energy.elastic", elastic_energy(scene, bed), "J");
-    add("energy.potential", potential_energy(scene, bed.bodies), "J");
+    let mut ratio = |key: &str, value: Option<f64>| add(key, value, "1");
+    ratio("porosity.in_window", porosity::in_window(bodies, &window));
+    ratio(
+        "porosity.of_cells",
+        porosity::of_cells(bodies, &cells, &window),
+    );
+    ratio("coordination.mean", Some(coordination.mean));
+    ratio(
+        "coordination.mean_without_rattlers",
+        coordination.mean_without_rattlers,
+    );
+    ratio("coordination.rattlers", Some(coordination.rattler_share));
+    ratio("unbalanced_force", unbalanced_force(scene.gravity, bed));
+    let mut energy = |key: &str, value: f64| add(key, Some(value), "J");
+    energy("energy.kinetic", bodies.kinetic_energy());
+    energy("energy.elastic", elastic_energy(scene, bed));
+    energy("energy.potential", potential_energy(scene, bodies));
     for at in stress::at_control_points(scene, bed, &cells, surface) {
-        let name = &at.name;
-        add(&format!("stress.{name}.grain_zz"), at.grain_stress.zz, "Pa");
-        add(&format!("stress.{name}.grain_xx"), at.grain_stress.xx, "Pa");
-        add(&format!("stress.{name}.grain_xz"), at.grain_stress.xz, "Pa");
-        add(
-            &format!("stress.{name}.control_volume_zz"),
-            at.control_volume_zz,
-            "J",
-        );
-        if let Some(local) = at.local_mean {
-            add(&format!("stress.{name}.local_zz"), local.zz, "Pa");
-            add(&format!("stress.{name}.local_xx"), local.xx, "Pa");
-            add(&format!("stress.{name}.local_xz"), local.xz, "Pa");
+        let (grain, local) = (at.grain_stress, at.local_mean);
+        for (key, value, unit) in [
+            ("grain_zz", Some(grain.zz), "Pa"),
+            ("grain_xx", Some(grain.xx), "Pa"),
+            ("grain_xz", Some(grain.xz), "Pa"),
+            ("control_volume_zz", Some(at.control_volume_zz), "J"),
+            ("local_zz", local.map(|of| of.zz), "Pa"),
+            ("local_xx", local.map(|of| of.xx), "Pa"),
+            ("local_xz", local.map(|of| of.xz), "Pa"),
+        ] {
+            add(&format!("stress.{}.{key}", at.name), value, unit);
         }
     }
     quantities
@@ -124,12 +123,8 @@ pub fn surface(scene: &Scene, bodies: &Bodies) -> f64 {
 
 /// H = max(z + R), m.
 pub fn highest_grain(bodies: &Bodies) -> f64 {
-    bodies
-        .z
-        .iter()
-        .zip(&bodies.radius)
-        .map(|(z, radius)| z + radius)
-        .fold(0.0, f64::max)
+    let tops = bodies.z.iter().zip(&bodies.radius).map(|(z, r)| z + r);
+    tops.fold(0.0, f64::max)
 }
 
 /// H = mean over ⌊L/D⌋ equal columns of the highest point of any grain in the column, m; 0 where a column
@@ -213,10 +208,8 @@ impl HistoryRow {
             self.elastic_energy,
         ];
         let sometimes = [self.unbalanced_force, self.punch_depth, self.punch_force];
-        always
-            .into_iter()
-            .chain(sometimes.into_iter().flatten())
-            .all(f64::is_finite)
+        let mut all = always.into_iter().chain(sometimes.into_iter().flatten());
+        all.all(f64::is_finite)
     }
 }
 
@@ -264,18 +257,12 @@ pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
         } else {
             0.5 * contact.normal_force * contact.overlap
         };
-        let tangential = if friction {
-            let shear = contact.tangential_force;
-            0.5 * shear * shear / (law.stiffness_ratio * stiffness)
-        } else {
-            0.0
-        };
-        normal + tangential
+        let shear = contact.tangential_force;
+        let tangential = 0.5 * shear * shear / (law.stiffness_ratio * stiffness);
+        normal + if friction { tangential } else { 0.0 }
     };
-    bed.contacts
-        .iter()
-        .map(stored)
-        .fold(0.0, |sum, energy| sum + energy)
+    let energies = bed.contacts.iter().map(stored);
+    energies.fold(0.0, |sum, energy| sum + energy)
 }
 
 /// Unbalanced force: mean over grains of |ΣF + mg| over mean over contacts of |F|; none without contacts.
@@ -284,12 +271,8 @@ pub fn unbalanced_force(gravity: f64, bed: Bed<'_>) -> Option<f64> {
         return None;
     }
     let ids = bed.ids();
-    let mut total: Vec<[f64; 2]> = bed
-        .bodies
-        .mass
-        .iter()
-        .map(|mass| [0.0, -mass * gravity])
-        .collect();
+    let weight = |mass: &f64| [0.0, -mass * gravity];
+    let mut total: Vec<[f64; 2]> = bed.bodies.mass.iter().map(weight).collect();
     let mut magnitudes = 0.0;
     for contact in bed.contacts {
         let force = contact.force();
@@ -313,12 +296,8 @@ pub fn unbalanced_force(gravity: f64, bed: Bed<'_>) -> Option<f64> {
 /// Friction at the walls, where there is any, is not counted.
 pub fn borne_by_floor(scene: &Scene, bed: Bed<'_>, pressed: f64) -> f64 {
     let floor = bed.ids().floor();
-    let borne: f64 = bed
-        .contacts
-        .iter()
-        .filter(|contact| contact.id1 == floor)
-        .map(|contact| contact.force()[1])
-        .sum();
+    let on_floor = bed.contacts.iter().filter(|contact| contact.id1 == floor);
+    let borne: f64 = on_floor.map(|contact| contact.force()[1]).sum();
     let mass: f64 = bed.bodies.mass.iter().sum();
     borne / (mass * scene.gravity + pressed)
 }

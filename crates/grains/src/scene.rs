@@ -312,15 +312,9 @@ impl Scene {
         scene.time_step = TimeStep::Absolute {
             seconds: self.time_step_seconds(),
         };
-        let Loading {
-            material,
-            contact,
-            damping,
-            ..
-        } = &mut scene.loading;
-        scene.material = material.take().unwrap_or(scene.material);
-        scene.contact = contact.take().unwrap_or(scene.contact);
-        scene.damping = damping.take().unwrap_or(scene.damping);
+        scene.material = scene.loading.material.take().unwrap_or(scene.material);
+        scene.contact = scene.loading.contact.take().unwrap_or(scene.contact);
+        scene.damping = scene.loading.damping.take().unwrap_or(scene.damping);
         Cow::Owned(scene)
     }
 
@@ -417,7 +411,7 @@ impl Scene {
             let object = value.pointer_mut(place).and_then(|at| at.as_object_mut());
             object.and_then(|object| object.shift_remove(key));
         };
-        if self.contact.is_default() {
+        if self.contact == ContactLaw::default() {
             forget("", "contact");
         }
         if spin == 0.0 {
@@ -428,7 +422,7 @@ impl Scene {
 }
 
 /// What happens at a contact besides its normal spring: the choices that YADE makes are the default.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactLaw {
     /// Whether friction turns grains.
@@ -443,40 +437,23 @@ pub struct ContactLaw {
     pub new_contact_slip: NewContactSlip,
 }
 
-impl Default for ContactLaw {
-    fn default() -> Self {
-        ContactLaw {
-            rotation: Rotation::Free,
-            viscosity: Viscosity::None,
-            slip_velocity: SlipVelocity::RatchetingCorrected,
-            torque_arms: TorqueArms::HalfOverlap,
-            new_contact_slip: NewContactSlip::WholeStep,
-        }
-    }
-}
-
-impl ContactLaw {
-    /// Whether this is what a scene without the key means.
-    pub fn is_default(&self) -> bool {
-        *self == ContactLaw::default()
-    }
-}
-
 /// Whether friction turns grains.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rotation {
     /// Grains spin about the axis across the plane.
+    #[default]
     Free,
     /// Grains keep the spin zero.
     Blocked,
 }
 
 /// Dashpots beside the normal springs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Viscosity {
     /// Springs only.
+    #[default]
     None,
     /// The same damping constant at every contact: F_n = k_n u_n + c_n du_n/dt.
     Dashpot {
@@ -505,31 +482,34 @@ pub enum Tension {
 }
 
 /// Which velocity counts as slip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SlipVelocity {
     /// That of the surfaces of the undeformed grains, so that a cycle of rolling under changing overlap
     /// leaves no displacement; at the outside of the punch, as in YADE, that of the contact point.
+    #[default]
     RatchetingCorrected,
     /// That of the two bodies at the contact point.
     ContactPoint,
 }
 
 /// Where the contact force acts on a grain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TorqueArms {
     /// At the distance R − u_n/2 from the centre, at walls too.
+    #[default]
     HalfOverlap,
     /// At the contact point: at a wall, R − u_n.
     ContactPoint,
 }
 
 /// How much of the first step's slip a new contact is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NewContactSlip {
     /// The slip of the whole step, though the grains met during it.
+    #[default]
     WholeStep,
     /// The slip since they met: overlap over approach speed, a step at most.
     SinceTouch,

@@ -37,21 +37,6 @@ impl Bodies {
         energy
     }
 
-    /// No grains, with room for some.
-    pub fn with_capacity(count: usize) -> Self {
-        let column = || Vec::with_capacity(count);
-        Bodies {
-            x: column(),
-            z: column(),
-            vx: column(),
-            vz: column(),
-            radius: column(),
-            mass: column(),
-            spin: Vec::new(),
-            inertia: Vec::new(),
-        }
-    }
-
     /// Adds a grain; its id is the number of grains before it.
     pub fn push(&mut self, position: [f64; 2], velocity: [f64; 2], radius: f64, mass: f64) {
         self.x.push(position[0]);
@@ -94,12 +79,10 @@ impl Bodies {
     /// have the same bits.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
-        for (_, column) in self.motion() {
-            for value in column {
-                hash.update(value.to_le_bytes());
-            }
+        for value in self.motion().into_iter().flat_map(|(_, column)| column) {
+            hash.update(value.to_le_bytes());
         }
-        crate::tables::short_hex(hash)
+        short_hex(hash)
     }
 }
 
@@ -288,13 +271,9 @@ impl Snapshot {
         for contact in &self.contacts {
             number(f64::from(contact.id1));
             number(f64::from(contact.id2));
-            for value in [
-                contact.overlap,
-                contact.normal_force,
-                contact.tangential_force,
-            ] {
-                number(value);
-            }
+            number(contact.overlap);
+            number(contact.normal_force);
+            number(contact.tangential_force);
             contact.normal.into_iter().for_each(&mut number);
             contact.point.into_iter().for_each(&mut number);
         }
@@ -302,7 +281,7 @@ impl Snapshot {
             number(punch.centre[1]);
             number(punch.force);
         }
-        crate::tables::short_hex(hash)
+        short_hex(hash)
     }
 }
 

@@ -11,84 +11,59 @@ use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity}
 use crate::tables::{Contact, Punch, Snapshot, Stage};
 use crate::task::Case;
 
-/// A constant of the model.
+/// A constant of the model. Those of gravity are counted over |g|, places of walls over the mean radius.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Constant {
-    /// k_n of two grains.
     GrainStiffness,
-    /// k_n of a grain and a wall.
     WallStiffness,
-    /// k_n of a grain and the punch.
     PunchStiffness,
-    /// Every k_s.
     ShearStiffness,
-    /// tan φ.
     Friction,
-    /// Every c_n.
     Dashpot,
-    /// α.
     Damping,
-    /// g across, over |g|.
     GravityAcross,
-    /// g up and down, over |g|.
     GravityUp,
-    /// Δt.
     TimeStep,
-    /// Every mass.
     Mass,
-    /// Every moment of inertia.
     Inertia,
-    /// Every radius, at contacts.
+    /// At contacts.
     Radius,
-    /// Where the wall with this index is, over the mean radius.
+    /// Of the wall with this index.
     WallPlace(usize),
-    /// The punch's velocity.
     PunchSpeed,
 }
 
+/// Every constant with its symbol, and of what it is.
+const CONSTANTS: [(Constant, &str); 17] = [
+    (Constant::GrainStiffness, "k_n between grains"),
+    (Constant::WallStiffness, "k_n at walls"),
+    (Constant::PunchStiffness, "k_n at the punch"),
+    (Constant::ShearStiffness, "k_s"),
+    (Constant::Friction, "tan φ"),
+    (Constant::Dashpot, "c_n"),
+    (Constant::Damping, "α"),
+    (Constant::GravityAcross, "g_x"),
+    (Constant::GravityUp, "g_z"),
+    (Constant::TimeStep, "Δt"),
+    (Constant::Mass, "mass"),
+    (Constant::Inertia, "moment of inertia"),
+    (Constant::Radius, "radius"),
+    (Constant::WallPlace(0), "place of the left wall"),
+    (Constant::WallPlace(1), "place of the right wall"),
+    (Constant::WallPlace(2), "place of the floor"),
+    (Constant::PunchSpeed, "velocity of the punch"),
+];
+
 impl Constant {
     /// All of them.
-    pub const ALL: [Constant; 17] = [
-        Constant::GrainStiffness,
-        Constant::WallStiffness,
-        Constant::PunchStiffness,
-        Constant::ShearStiffness,
-        Constant::Friction,
-        Constant::Dashpot,
-        Constant::Damping,
-        Constant::GravityAcross,
-        Constant::GravityUp,
-        Constant::TimeStep,
-        Constant::Mass,
-        Constant::Inertia,
-        Constant::Radius,
-        Constant::WallPlace(0),
-        Constant::WallPlace(1),
-        Constant::WallPlace(2),
-        Constant::PunchSpeed,
-    ];
+    pub fn all() -> [Constant; 17] {
+        CONSTANTS.map(|(constant, _)| constant)
+    }
 
     /// Its symbol, and of what.
     pub fn symbol(self) -> &'static str {
-        match self {
-            Constant::GrainStiffness => "k_n between grains",
-            Constant::WallStiffness => "k_n at walls",
-            Constant::PunchStiffness => "k_n at the punch",
-            Constant::ShearStiffness => "k_s",
-            Constant::Friction => "tan φ",
-            Constant::Dashpot => "c_n",
-            Constant::Damping => "α",
-            Constant::GravityAcross => "g_x",
-            Constant::GravityUp => "g_z",
-            Constant::TimeStep => "Δt",
-            Constant::Mass => "mass",
-            Constant::Inertia => "moment of inertia",
-            Constant::Radius => "radius",
-            Constant::WallPlace(0) => "place of the left wall",
-            Constant::WallPlace(1) => "place of the right wall",
-            Constant::WallPlace(_) => "place of the floor",
-            Constant::PunchSpeed => "velocity of the punch",
-        }
+        let known = CONSTANTS.iter().find(|(constant, _)| *constant == self);
+        known.map_or("place of a wall", |(_, symbol)| symbol)
     }
 
     /// Whether it plays a part in this case.
@@ -256,6 +231,15 @@ pub fn run(case: &Case, variant: &Variant) -> Vec<Snapshot> {
     all
 }
 
+/// Two bodies that touch, each with its motion.
+struct Meeting {
+    ids: (u32, u32),
+    touch: Touch,
+    of: Parameters,
+    one: Motion,
+    two: Motion,
+}
+
 struct Stepper<'a> {
     case: &'a Case,
     variant: &'a Variant,
@@ -263,7 +247,7 @@ struct Stepper<'a> {
     constants: Constants,
     rules: contact::ContactRules,
     memories: BTreeMap<(u32, u32), Memory>,
-    /// Pairs that touched in the last step, for contacts that are found late.
+    /// Normals of the pairs that touched in the last step, for contacts that are found late.
     touched: BTreeMap<(u32, u32), [f64; 2]>,
     /// Positions before the step, for forces that are those of them.
     before: Vec<[f64; 2]>,
@@ -360,23 +344,17 @@ impl<'a> Stepper<'a> {
                 _ => {}
             }
         }
-        let State {
-            position,
-            velocity,
-            force,
-            mass,
-            ..
-        } = &mut self.state;
-        for id in 0..mass.len() {
-            let before = velocity[id];
-            let mut a = [0, 1].map(|axis| force[id][axis] / mass[id] + gravity[axis]);
+        let state = &mut self.state;
+        for id in 0..state.mass.len() {
+            let before = state.velocity[id];
+            let contact = [0, 1].map(|axis| state.force[id][axis] / state.mass[id]);
+            let mut a = [0, 1].map(|axis| contact[axis] + gravity[axis]);
             if self.variant.has(Form::DampingAlongVelocity) {
                 let (speed, size) = (before[0].hypot(before[1]), a[0].hypot(a[1]));
                 for axis in 0..2 {
                     a[axis] -= alpha * size * before[axis] / speed.max(f64::MIN_POSITIVE);
                 }
             } else if alpha != 0.0 {
-                let contact = [0, 1].map(|axis| force[id][axis] / mass[id]);
                 let undamped = self.variant.has(Form::GravityUndamped);
                 let acting = if undamped { contact } else { a };
                 let mut power =
@@ -393,36 +371,24 @@ impl<'a> Stepper<'a> {
             }
             for axis in 0..2 {
                 // Multiplied by one where the kick is whole, which keeps the bits.
-                velocity[id][axis] += dt * a[axis] * kick;
-                let moving = if self.variant.has(Form::MovedBeforeKick) {
-                    before[axis]
+                state.velocity[id][axis] += dt * a[axis] * kick;
+                let mut moving = state.velocity[id][axis];
+                if self.variant.has(Form::MovedBeforeKick) {
+                    moving = before[axis];
                 } else if self.variant.has(Form::MovedInMiddleOfKick) {
-                    0.5 * (before[axis] + velocity[id][axis])
-                } else {
-                    velocity[id][axis]
-                };
-                position[id][axis] += dt * moving;
+                    moving = 0.5 * (before[axis] + moving);
+                }
+                state.position[id][axis] += dt * moving;
             }
         }
-        if self.rules.rotates {
-            let State {
-                spin,
-                torque,
-                inertia,
-                ..
-            } = &mut self.state;
-            for ((spin, torque), inertia) in spin.iter_mut().zip(torque).zip(inertia) {
-                let undamped = *torque / *inertia;
-                let power = undamped * (*spin + 0.5 * dt * undamped);
-                if self.variant.has(Form::SpinsKept) {
-                    continue;
+        if self.rules.rotates && !self.variant.has(Form::SpinsKept) {
+            let turning = state.spin.iter_mut().zip(&state.torque).zip(&state.inertia);
+            for ((spin, torque), inertia) in turning {
+                let mut turn = torque / inertia;
+                if !self.variant.has(Form::SpinUndamped) {
+                    turn *= 1.0 - alpha * sign(turn * (*spin + 0.5 * dt * turn));
                 }
-                let damped = if self.variant.has(Form::SpinUndamped) {
-                    undamped
-                } else {
-                    undamped * (1.0 - alpha * sign(power))
-                };
-                *spin += dt * damped * kick;
+                *spin += dt * turn * kick;
             }
         }
     }
@@ -441,15 +407,52 @@ impl<'a> Stepper<'a> {
         self.state.force.fill([0.0; 2]);
         self.state.torque.fill(0.0);
         self.contacts.clear();
-        let mut touched = BTreeMap::new();
-        for (a, b) in near(&self.state) {
-            let Some(touch) = self.state.grain_touch(a, b) else {
+        let meetings = self.meetings();
+        let mut on_punch = 0.0;
+        for meeting in &meetings {
+            let Some(Action { force, torques }) = self.act(meeting) else {
                 continue;
             };
-            let [one, two] = [a, b].map(|id| self.state.motion(id));
-            let distance =
-                (two.position[0] - one.position[0]).hypot(two.position[1] - one.position[1]);
-            let lost = self.variant.forms.iter().any(|form| match form {
+            let (one, two) = (meeting.ids.0 as usize, meeting.ids.1 as usize);
+            let of_grains = one < self.state.mass.len();
+            let only = |side| of_grains && self.variant.has(Form::OneSided(side));
+            if of_grains && !only(1) {
+                self.state.force[one][0] -= force[0];
+                self.state.force[one][1] -= force[1];
+                self.state.torque[one] += torques[0];
+            }
+            if !only(0) {
+                self.state.force[two][0] += force[0];
+                self.state.force[two][1] += force[1];
+                self.state.torque[two] += torques[1];
+            }
+            if meeting.ids.0 == self.constants.ids.punch() {
+                on_punch -= force[1];
+            }
+        }
+        if let Some(punch) = &mut self.state.punch {
+            punch.force = on_punch;
+        }
+        if self.remembers {
+            let normals = meetings.iter().map(|of| (of.ids, of.touch.normal));
+            self.touched = normals.collect();
+            let touched = &self.touched;
+            self.memories.retain(|ids, _| touched.contains_key(ids));
+        }
+        self.begun = true;
+    }
+
+    /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains, then the punch.
+    fn meetings(&self) -> Vec<Meeting> {
+        let (state, variant) = (&self.state, self.variant);
+        let mut all = Vec::new();
+        for (a, b) in near(state) {
+            let Some(touch) = state.grain_touch(a, b) else {
+                continue;
+            };
+            let ([x1, z1], [x2, z2]) = (state.position[a], state.position[b]);
+            let distance = (x2 - x1).hypot(z2 - z1);
+            let lost = variant.forms.iter().any(|form| match form {
                 Form::LostNear(near) => distance < *near,
                 Form::LostFar(far) => distance > *far,
                 _ => false,
@@ -457,111 +460,78 @@ impl<'a> Stepper<'a> {
             if lost {
                 continue;
             }
-            let (m1, m2) = (self.state.mass[a], self.state.mass[b]);
-            let (r1, r2) = (self.state.radius[a], self.state.radius[b]);
+            let (m1, m2) = (state.mass[a], state.mass[b]);
+            let (r1, r2) = (state.radius[a], state.radius[b]);
             let mut of = self.constants.parameters(r1, r2, m1 * m2 / (m1 + m2));
             self.other_mean(&mut of, r1, r2);
-            if self.variant.has(Form::DashpotOfMeanMass) {
+            if variant.has(Form::DashpotOfMeanMass) {
                 of.c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
             }
             self.scale(&mut of, Constant::GrainStiffness);
-            if let Some(action) =
-                self.act((a as u32, b as u32), touch, of, &one, &two, &mut touched)
-            {
-                if !self.variant.has(Form::OneSided(1)) {
-                    self.state.force[a][0] -= action.force[0];
-                    self.state.force[a][1] -= action.force[1];
-                    self.state.torque[a] += action.torques[0];
-                }
-                if !self.variant.has(Form::OneSided(0)) {
-                    self.push(b, &action);
-                }
-            }
-        }
-        for (index, wall) in self.constants.walls.clone().iter().enumerate() {
-            if self.variant.has(Form::WallMissing(index)) {
-                continue;
-            }
-            for id in 0..self.state.mass.len() {
-                if let Some(touch) = self.state.wall_touch(wall, id) {
-                    let of = self.flat(id, Constant::WallStiffness);
-                    let (still, motion) = (Motion::default(), self.state.motion(id));
-                    let ids = (self.constants.ids.wall(index), id as u32);
-                    if let Some(action) = self.act(ids, touch, of, &still, &motion, &mut touched) {
-                        self.push(id, &action);
-                    }
-                }
-            }
-        }
-        self.push_by_punch(&mut touched);
-        self.touched = touched;
-        self.memories
-            .retain(|ids, _| self.touched.contains_key(ids));
-        self.begun = true;
-    }
-
-    fn push_by_punch(&mut self, touched: &mut BTreeMap<(u32, u32), [f64; 2]>) {
-        let Some(real) = self.state.punch else {
-            return;
-        };
-        let punch = Punch {
-            centre: self.punch_centre,
-            ..real
-        };
-        let moving = Motion::from(&punch);
-        let mut on_punch = 0.0;
-        for id in 0..self.state.mass.len() {
-            let Some(touch) = self.state.punch_touch(&punch, id) else {
-                continue;
-            };
-            let beside = [0, 1].map(|axis| {
-                (self.state.position[id][axis] - punch.centre[axis]).abs()
-                    > punch.half_extents[axis]
+            all.push(Meeting {
+                ids: (a as u32, b as u32),
+                touch,
+                of,
+                one: state.motion(a),
+                two: state.motion(b),
             });
-            if beside == [true; 2] && self.variant.has(Form::CornersMissing) {
-                continue;
-            }
-            let of = self.flat(id, Constant::PunchStiffness);
-            let motion = self.state.motion(id);
-            let ids = (self.constants.ids.punch(), id as u32);
-            if let Some(action) = self.act(ids, touch, of, &moving, &motion, touched) {
-                on_punch -= action.force[1];
-                self.push(id, &action);
+        }
+        let mut flat = |body, id: usize, touch, one, stiffness| {
+            let mut of = self.constants.of_flat(state, id);
+            self.scale(&mut of, stiffness);
+            all.push(Meeting {
+                ids: (body, id as u32),
+                touch,
+                of,
+                one,
+                two: state.motion(id),
+            });
+        };
+        for (index, wall) in self.constants.walls.iter().enumerate() {
+            let grains = 0..state.mass.len();
+            for id in grains.filter(|_| !variant.has(Form::WallMissing(index))) {
+                if let Some(touch) = state.wall_touch(wall, id) {
+                    let still = Motion::default();
+                    let body = self.constants.ids.wall(index);
+                    flat(body, id, touch, still, Constant::WallStiffness);
+                }
             }
         }
-        self.state.punch = Some(Punch {
-            force: on_punch,
-            ..real
-        });
+        if let Some(punch) = state.punch {
+            let centre = self.punch_centre;
+            let punch = Punch { centre, ..punch };
+            let moving = Motion::from(&punch);
+            for id in 0..state.mass.len() {
+                let beyond = |axis: usize| {
+                    let apart = state.position[id][axis] - centre[axis];
+                    apart.abs() > punch.half_extents[axis]
+                };
+                let at_corner = beyond(0) && beyond(1);
+                if let Some(touch) = state.punch_touch(&punch, id)
+                    && !(at_corner && variant.has(Form::CornersMissing))
+                {
+                    let body = self.constants.ids.punch();
+                    flat(body, id, touch, moving, Constant::PunchStiffness);
+                }
+            }
+        }
+        all
     }
 
     /// What a contact does, unless it is not found yet; its memory moves on.
-    fn act(
-        &mut self,
-        ids: (u32, u32),
-        mut touch: Touch,
-        of: Parameters,
-        one: &Motion,
-        two: &Motion,
-        touched: &mut BTreeMap<(u32, u32), [f64; 2]>,
-    ) -> Option<Action> {
-        if !self.remembers {
-            let action = self
-                .rules
-                .act(&touch, &of, one, two, &mut Memory::default());
-            self.contacts
-                .push(contact_row(ids.0, ids.1, &touch, action.force));
-            return Some(action);
-        }
-        touched.insert(ids, touch.normal);
-        let before = self.touched.get(&ids);
+    fn act(&mut self, meeting: &Meeting) -> Option<Action> {
+        let Meeting {
+            ids, of, one, two, ..
+        } = meeting;
+        let mut touch = meeting.touch;
+        let before = self.touched.get(ids);
         if self.begun && before.is_none() && self.variant.has(Form::FoundLate) {
             return None;
         }
         if self.variant.has(Form::NotFound) {
             if !self.begun {
-                self.listed.insert(ids);
-            } else if !self.listed.contains(&ids) {
+                self.listed.insert(*ids);
+            } else if !self.listed.contains(ids) {
                 return None;
             }
         }
@@ -570,7 +540,7 @@ impl<'a> Stepper<'a> {
         {
             touch.normal = *normal;
         }
-        let mut memory = self.memories.remove(&ids).unwrap_or_default();
+        let mut memory = self.memories.remove(ids).unwrap_or_default();
         if self.variant.has(Form::HistoryReset) {
             memory.shear = [0.0; 2];
         }
@@ -584,29 +554,24 @@ impl<'a> Stepper<'a> {
             memory.normal = [twice * nx - ox, twice * nz - oz];
         }
         let keeps_length = self.variant.has(Form::HistoryKeepsLength);
-        if keeps_length || self.variant.has(Form::HistoryProjected) {
+        if (keeps_length || self.variant.has(Form::HistoryProjected)) && memory.touching() {
             let ([sx, sz], [nx, nz]) = (memory.shear, touch.normal);
             let along = sx * nx + sz * nz;
             let turned = [sx - along * nx, sz - along * nz];
             let size = turned[0].hypot(turned[1]);
-            let factor = match keeps_length && size > 0.0 {
-                true => sx.hypot(sz) / size,
-                false => 1.0,
-            };
-            if memory.touching() {
-                memory = Memory {
-                    normal: touch.normal,
-                    shear: turned.map(|of| factor * of),
-                };
-            }
+            let grows = keeps_length && size > 0.0;
+            let factor = if grows { sx.hypot(sz) / size } else { 1.0 };
+            memory.normal = touch.normal;
+            memory.shear = turned.map(|of| factor * of);
         }
-        let still = |of: &Motion| Motion { spin: 0.0, ..*of };
-        let mut action = if self.variant.has(Form::SlipOfCentres) {
-            self.rules
-                .act(&touch, &of, &still(one), &still(two), &mut memory)
-        } else {
-            self.rules.act(&touch, &of, one, two, &mut memory)
-        };
+        let of_centres = self.variant.has(Form::SlipOfCentres);
+        let [one_of_slip, two_of_slip] = [one, two].map(|of| Motion {
+            spin: if of_centres { 0.0 } else { of.spin },
+            ..*of
+        });
+        let mut action = self
+            .rules
+            .act(&touch, of, &one_of_slip, &two_of_slip, &mut memory);
         let mut force = action.force;
         if self.variant.has(Form::DashpotOnWholeVelocity) {
             let apart = [0, 1].map(|axis| two.velocity[axis] - one.velocity[axis]);
@@ -615,13 +580,13 @@ impl<'a> Stepper<'a> {
                 .map(|axis| force[axis] - of.c_n * (apart[axis] - along * touch.normal[axis]));
         }
         if self.variant.has(Form::CoulombByComponent) {
-            let normal = self.rules.normal_force(&touch, &of, one, two);
+            let normal = self.rules.normal_force(&touch, of, one, two);
             let limit = normal[0].hypot(normal[1]) * self.tangent;
             memory.shear = memory.shear.map(|of| of.clamp(-limit, limit));
             force = [0, 1].map(|axis| normal[axis] + memory.shear[axis]);
         }
         if self.variant.has(Form::CoulombOfSpring) {
-            let normal = self.rules.normal_force(&touch, &of, one, two);
+            let normal = self.rules.normal_force(&touch, of, one, two);
             let limit = of.k_n * touch.overlap * self.tangent;
             let ratio = limit / memory.shear[0].hypot(memory.shear[1]);
             if ratio < 1.0 {
@@ -649,22 +614,12 @@ impl<'a> Stepper<'a> {
         if self.variant.has(Form::TorqueSign) {
             action.torques[1] = -action.torques[1];
         }
-        self.memories.insert(ids, memory);
-        self.contacts
-            .push(contact_row(ids.0, ids.1, &touch, action.force));
+        if self.remembers {
+            self.memories.insert(*ids, memory);
+        }
+        let row = contact_row(ids.0, ids.1, &touch, action.force);
+        self.contacts.push(row);
         Some(action)
-    }
-
-    fn push(&mut self, id: usize, action: &Action) {
-        self.state.force[id][0] += action.force[0];
-        self.state.force[id][1] += action.force[1];
-        self.state.torque[id] += action.torques[1];
-    }
-
-    fn flat(&self, id: usize, stiffness: Constant) -> Parameters {
-        let mut of = self.constants.of_flat(&self.state, id);
-        self.scale(&mut of, stiffness);
-        of
     }
 
     fn scale(&self, of: &mut Parameters, stiffness: Constant) {
@@ -673,10 +628,8 @@ impl<'a> Stepper<'a> {
         of.k_s *= self.variant.factor(Constant::ShearStiffness);
         of.c_n *= self.variant.factor(Constant::Dashpot);
         // A dashpot that is made from a restitution is made from the stiffness too: c_n ~ √k_n.
-        if matches!(
-            self.constants.law.contact.viscosity,
-            Viscosity::Restitution { .. }
-        ) {
+        let viscosity = &self.constants.law.contact.viscosity;
+        if matches!(viscosity, Viscosity::Restitution { .. }) {
             of.c_n *= stiffer.max(0.0).sqrt();
         }
     }
@@ -771,12 +724,8 @@ fn change(form: Form, rules: &mut contact::ContactRules) {
 
 /// Pairs of grains whose cells are neighbours, in order.
 fn near(state: &State) -> Vec<(usize, usize)> {
-    let side = 2.0
-        * state
-            .radius
-            .iter()
-            .copied()
-            .fold(f64::MIN_POSITIVE, f64::max);
+    let radii = state.radius.iter().copied();
+    let side = 2.0 * radii.fold(f64::MIN_POSITIVE, f64::max);
     let cell = |id: usize| {
         let [x, z] = state.position[id].map(|x| (x / side).floor() as i64);
         (z, x)

@@ -312,11 +312,11 @@ impl Answered<'_> {
 impl Native {
     fn new(case: &Case, resolution: Resolution) -> Result<Self, NativeError> {
         let envelope = Envelope::new(case, resolution.noise())?;
-        let all = in_parallel(Constant::ALL.len(), |at| {
-            envelope.detection_limit(Constant::ALL[at])
+        let all = in_parallel(Constant::all().len(), |at| {
+            envelope.detection_limit(Constant::all()[at])
         });
         let mut limits = Vec::new();
-        for (constant, limit) in Constant::ALL.into_iter().zip(all) {
+        for (constant, limit) in Constant::all().into_iter().zip(all) {
             limits.extend(limit?.map(|limit| (constant, limit)));
         }
         Ok(Native { envelope, limits })
@@ -541,7 +541,7 @@ impl Tried<'_> {
             of_law.any(|answered| constant.is_in(&answered.asked.case))
                 && !fitted.contains(constant)
         };
-        Constant::ALL.into_iter().filter(plays_a_part).collect()
+        Constant::all().into_iter().filter(plays_a_part).collect()
     }
 
     /// `more` forms may be taken besides the best one, if all together explain the law.

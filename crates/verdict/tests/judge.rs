@@ -94,7 +94,7 @@ fn the_step_written_out_has_the_bits_of_the_fast_one() {
 fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
     let of = of_variant(&Variant::default());
     assert_eq!(of.verdict(), Verdict::Identical);
-    for constant in Constant::ALL {
+    for constant in Constant::all() {
         // Those of walls and the punch alone have no limit of their own.
         if [Constant::WallStiffness, Constant::PunchStiffness].contains(&constant) {
             continue;

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::Baseline;
 use super::diff::{Change, Changed, Pace, diff, pair};
-use crate::checks::record::{Record, RecordError, read};
+use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Speed};
 use crate::child::Group;
 use crate::files::{FileError, failed, work_folder};
@@ -428,13 +428,11 @@ impl Bisection<'_> {
         };
         let of = match read(&checkout.join(self.record)) {
             Ok(record) => State::of(&record, self.id),
-            Err(RecordError::File(_)) => {
-                return Ok(Err(format!("no record; the command ended with {status}")));
-            }
-            Err(error) => {
+            Err(FileError::Unfit(why)) => {
                 let here = format!("{}/", checkout.display());
-                return Ok(Err(error.to_string().replace(&here, "")));
+                return Ok(Err(why.replace(&here, "")));
             }
+            Err(_) => return Ok(Err(format!("no record; the command ended with {status}"))),
         };
         Ok(of.ok_or_else(|| format!("there is no check {} in its record; `crossgrain report checks RECORD --all` names the checks", self.id)))
     }

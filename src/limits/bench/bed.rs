@@ -136,7 +136,7 @@ pub fn side_by_side(of: &Bodies, width: f64, columns: u32, copies: u32) -> Bodie
 
 /// Grains in this order, each with the copy of the bed that it stands in.
 fn numbered(of: &Bodies, width: f64, order: impl Iterator<Item = (usize, usize)>) -> Bodies {
-    let mut bodies = Bodies::with_capacity(of.len());
+    let mut bodies = Bodies::default();
     for (copy, id) in order {
         let (x, vx) = match copy % 2 {
             0 => (of.x[id], of.vx[id]),

@@ -14,7 +14,7 @@ use super::bed::Bed;
 use super::{Result, nonsense};
 use crate::engine::exec;
 use crate::engine::watch::Limits;
-use crate::files::{failed, read_text, write_whole};
+use crate::files::{FileError, failed, read_text, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::timing::{ThreadTime, Window};
@@ -118,7 +118,11 @@ pub fn one(folder: &Path, steps: u64, threads: usize) -> Result<One> {
     let text = read_text(&folder.join("scene.json"), 1 << 20)?;
     // Not through the check of scenes: a narrow box has no room for the paper's control points.
     let scene: Scene = serde_json::from_str(&text).map_err(nonsense)?;
-    let bodies = read_bodies(&folder.join("bed.csv"), scene.particles.count)?;
+    let bodies = read_bodies(&folder.join("bed.csv"), scene.particles.count);
+    let bodies = bodies.map_err(|error| match error {
+        FileError::Unfit(words) => nonsense(words),
+        error => error.into(),
+    })?;
     let window = time(&Bed { scene, bodies }, steps, threads)?;
     Ok(One {
         window,

@@ -103,7 +103,7 @@ impl Candidates {
         });
         let names = |before: &str, of: &[String]| match of.len() {
             0 => String::new(),
-            ..=NAMED => before.to_owned() + &of.join(", "),
+            1..=NAMED => before.to_owned() + &of.join(", "),
             many => format!("{before}{many} of them"),
         };
         let first = format!(

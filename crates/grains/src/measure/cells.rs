@@ -91,8 +91,7 @@ fn clip(
         (corner[0] - origin[0]) * direction[0] + (corner[1] - origin[1]) * direction[1] - bound
     };
     scratch.clear();
-    for (index, corner) in polygon.iter().enumerate() {
-        let next = &polygon[(index + 1) % polygon.len()];
+    for (corner, next) in sides(polygon) {
         let (here, there) = (excess(corner), excess(next));
         if here <= 0.0 {
             scratch.push(*corner);
@@ -108,13 +107,14 @@ fn clip(
     std::mem::swap(polygon, scratch);
 }
 
+/// Each corner with the next one.
+fn sides(corners: &[[f64; 2]]) -> impl Iterator<Item = (&[f64; 2], &[f64; 2])> {
+    corners.iter().zip(corners.iter().cycle().skip(1))
+}
+
 fn area(corners: &[[f64; 2]]) -> f64 {
-    let mut twice = 0.0;
-    for (index, corner) in corners.iter().enumerate() {
-        let next = corners[(index + 1) % corners.len()];
-        twice += corner[0] * next[1] - next[0] * corner[1];
-    }
-    0.5 * twice
+    let cross = sides(corners).map(|(here, next)| here[0] * next[1] - next[0] * here[1]);
+    0.5 * cross.fold(0.0, |sum, of| sum + of)
 }
 
 /// Grains by square cells one largest diameter wide.

@@ -126,8 +126,7 @@ pub fn of(
     nearest.sort_by(order);
     let touched = |grain: usize| {
         let grain = grain as u32;
-        let of_it =
-            |contact: &&crate::tables::Contact| contact.id1 == grain || contact.id2 == grain;
+        let of_it = |contact: &&Contact| contact.id1 == grain || contact.id2 == grain;
         bed.contacts.iter().filter(of_it).count() as u32
     };
     let singly = nearest.iter().take(SINGLY).map(|(_, id)| Neighbour {

@@ -16,11 +16,8 @@ pub fn from_height(bodies: &Bodies, width: f64, height: f64) -> f64 {
 
 /// ΣπR², m².
 pub fn solid_area(bodies: &Bodies) -> f64 {
-    bodies
-        .radius
-        .iter()
-        .map(|radius| PI * radius * radius)
-        .sum()
+    let grains = bodies.radius.iter();
+    grains.map(|radius| PI * radius * radius).sum()
 }
 
 /// A rectangle inside the bed, m.

@@ -85,116 +85,160 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
     }
 }
 
+/// What a number has to be, and how that is said.
+type Range = (fn(f64) -> bool, &'static str);
+
+const POSITIVE: Range = (|of| of > 0.0, "a finite number above 0");
+const NOT_NEGATIVE: Range = (|of| of >= 0.0, "a finite number, 0 or more");
+const BELOW_ONE: Range = (|of| (0.0..1.0).contains(&of), "a number in [0, 1)");
+const UP_TO_ONE: Range = (|of| (0.0..=1.0).contains(&of), "a number in [0, 1]");
+const REAL_SHARE: Range = (|of| of > 0.0 && of < 1.0, "a number in (0, 1)");
+const RESTITUTION: Range = (|of| of > 0.0 && of <= 1.0, "a number in (0, 1]");
+const ANGLE: Range = (|of| (0.0..FRAC_PI_2).contains(&of), "a number in [0, π/2)");
+
+/// Numbers that are right or wrong by themselves.
+const NUMBERS: [(&str, Range); 17] = [
+    ("/particles/mean_diameter", POSITIVE),
+    ("/particles/dispersion", BELOW_ONE),
+    (WIDTH, POSITIVE),
+    ("/cloud/spin", NOT_NEGATIVE),
+    ("/cloud/jitter", UP_TO_ONE),
+    ("/cloud/speed", NOT_NEGATIVE),
+    ("/gravity", NOT_NEGATIVE),
+    ("/time_step/seconds", POSITIVE),
+    ("/time_step/of_sqrt_m_over_k", POSITIVE),
+    ("/settle/kinetic_energy_fraction", REAL_SHARE),
+    ("/loading/half_width", POSITIVE),
+    ("/loading/pressure", POSITIVE),
+    ("/loading/speed", POSITIVE),
+    ("/loading/give_up_depth", POSITIVE),
+    ("/loading/after_force/stand_still/seconds", POSITIVE),
+    ("/measurement/control_volume_side", POSITIVE),
+    ("/measurement/local_radius", POSITIVE),
+];
+
+/// The same of the constants of a stage.
+const CONSTANTS: [(&str, Range); 9] = [
+    ("/material/youngs_modulus", POSITIVE),
+    ("/material/density", POSITIVE),
+    ("/material/stiffness_ratio", POSITIVE),
+    ("/material/friction_angle", ANGLE),
+    ("/material/wall_friction_angle", ANGLE),
+    ("/material/punch_friction_angle", ANGLE),
+    ("/contact/viscosity/c_n", POSITIVE),
+    ("/contact/viscosity/e_n", RESTITUTION),
+    ("/damping/alpha", BELOW_ONE),
+];
+
 /// Values that have the right type and cannot be meant.
 fn impossible(scene: &Scene) -> Vec<Problem> {
     let mut found = Findings(Vec::new());
     found.name("/name", &scene.name);
-    grains(scene, &mut found);
+    numbers("", scene, &NUMBERS, &mut found);
     for (at, stage) in stages(scene) {
-        constants(at, &stage, &mut found);
+        numbers(at, &*stage, &CONSTANTS, &mut found);
     }
-    dynamics(scene, &mut found);
+    inside_box(scene, &mut found);
     loading(scene, &mut found);
-    measurement(scene, &mut found);
+    control_points(scene, &mut found);
     derived(scene, &mut found);
+    let choice = |key: &str| format!("/choices/{}", key.replace('/', "~1"));
     for (key, _) in OPEN_CHOICES {
         // A scene that gives no reasons is its own; one of before there was a choice means the default.
-        if !scene.choices.is_empty() && (*key != "/contact" || !scene.contact.is_default()) {
-            reason(scene, key, &mut found);
+        let means_default = *key == "/contact" && scene.contact == ContactLaw::default();
+        if !scene.choices.is_empty() && !means_default {
+            let reason = scene.choices.get(*key).map_or("", |reason| reason.trim());
+            let holds = !reason.is_empty() && !reason.contains('\n');
+            let wanted = "one line of reason: the paper leaves this open";
+            found.unless(holds, &choice(key), &reason, wanted);
         }
     }
-    if let Ok(value) = serde_json::to_value(scene) {
-        for key in scene.choices.keys() {
-            found.unless(
-                value.pointer(key).is_some(),
-                &format!("/choices/{}", key.replace('/', "~1")),
-                key,
-                "the JSON pointer of a key of this scene",
-            );
-        }
+    let value = serde_json::to_value(scene).unwrap_or_default();
+    for key in scene.choices.keys() {
+        let wanted = "the JSON pointer of a key of this scene";
+        found.unless(value.pointer(key).is_some(), &choice(key), key, wanted);
     }
     found.0
 }
 
-fn grains(scene: &Scene, found: &mut Findings) {
-    let particles = &scene.particles;
-    found.positive("/particles/mean_diameter", particles.mean_diameter);
-    found.below_one("/particles/dispersion", particles.dispersion);
-    found.positive(WIDTH, scene.container.width);
-    found.unless_by(
-        "/particles/mean_diameter",
-        scene.container.width <= WIDEST * particles.mean_diameter,
-        WIDTH,
-        &scene.container.width,
-        &format!("at most {WIDEST} mean diameters"),
-    );
-    let Cloud::JitteredLattice {
-        columns,
-        jitter,
-        speed,
-        spin,
-        over,
-    } = scene.cloud;
-    let [from, to] = over.unwrap_or([0.0, scene.container.width]);
-    found.unless_by(
-        WIDTH,
-        0.0 <= from && from < to && to <= scene.container.width,
-        "/cloud/over",
-        &[from, to],
-        "two places inside the box, the left one first",
-    );
-    found.not_negative("/cloud/spin", spin);
-    found.unless(
-        (0.0..=1.0).contains(&jitter),
-        "/cloud/jitter",
-        &jitter,
-        "a number in [0, 1]",
-    );
-    found.not_negative("/cloud/speed", speed);
-    let largest = particles.mean_diameter * (1.0 + particles.dispersion);
-    let fits = ((to - from) / largest).floor();
-    found.unless_by(
-        WIDTH,
-        f64::from(columns) <= fits || largest <= 0.0,
-        "/cloud/columns",
-        &columns,
-        &format!("at most {fits}, so that the largest grain fits into a cell"),
-    );
+/// Holds those numbers of a part of the scene that are in a table against it; the part stands under `at`.
+fn numbers(at: &str, part: &impl Serialize, table: &[(&str, Range)], found: &mut Findings) {
+    let part = serde_json::to_value(part).unwrap_or_default();
+    for (key, (holds, wanted)) in table {
+        if let Some(number) = part.pointer(key).and_then(Value::as_f64) {
+            found.unless(holds(number), &format!("{at}{key}"), &number, wanted);
+        }
+    }
 }
 
-/// The constants of a stage, which stand under `at`.
-fn constants(at: &str, stage: &Scene, found: &mut Findings) {
-    let place = |key: &str| format!("{at}{key}");
-    let material = &stage.material;
-    found.positive(&place("/material/youngs_modulus"), material.youngs_modulus);
-    found.positive(&place("/material/density"), material.density);
-    found.positive(
-        &place("/material/stiffness_ratio"),
-        material.stiffness_ratio,
-    );
-    for (key, angle) in [
-        ("friction_angle", Some(material.friction_angle)),
-        ("wall_friction_angle", material.wall_friction_angle),
-        ("punch_friction_angle", material.punch_friction_angle),
+/// The box and what has to be inside it, for which a wrong width is problem enough.
+fn inside_box(scene: &Scene, found: &mut Findings) {
+    let (width, particles) = (scene.container.width, &scene.particles);
+    if found.is_sound("/particles/mean_diameter") {
+        let wanted = format!("at most {WIDEST} mean diameters");
+        let holds = width <= WIDEST * particles.mean_diameter;
+        found.unless(holds, WIDTH, &width, &wanted);
+    }
+    if !found.is_sound(WIDTH) {
+        return;
+    }
+    let Cloud::JitteredLattice { columns, over, .. } = scene.cloud;
+    let [from, to] = over.unwrap_or([0.0, width]);
+    let wanted = "two places inside the box, the left one first";
+    let holds = 0.0 <= from && from < to && to <= width;
+    found.unless(holds, "/cloud/over", &[from, to], wanted);
+    let largest = particles.mean_diameter * (1.0 + particles.dispersion);
+    let fits = ((to - from) / largest).floor();
+    let wanted = format!("at most {fits}, so that the largest grain fits into a cell");
+    let holds = f64::from(columns) <= fits || largest <= 0.0;
+    found.unless(holds, "/cloud/columns", &columns, &wanted);
+    let half = scene.loading.half_width;
+    let wanted = "less than half the box's width";
+    found.unless(2.0 * half < width, "/loading/half_width", &half, wanted);
+    let wanted = "no more than the box's width";
+    for (key, length) in [
+        ("control_volume_side", scene.measurement.control_volume_side),
+        ("local_radius", scene.measurement.local_radius),
     ] {
-        found.unless(
-            angle.is_none_or(|angle| (0.0..FRAC_PI_2).contains(&angle)),
-            &place(&format!("/material/{key}")),
-            &angle.unwrap_or_default(),
-            "a number in [0, π/2)",
-        );
+        let place = format!("/measurement/{key}");
+        found.unless(length <= width, &place, &length, wanted);
     }
-    match stage.contact.viscosity {
-        Viscosity::None => {}
-        Viscosity::Dashpot { c_n, .. } => found.positive(&place("/contact/viscosity/c_n"), c_n),
-        Viscosity::Restitution { e_n, .. } => found.unless(
-            e_n > 0.0 && e_n <= 1.0,
-            &place("/contact/viscosity/e_n"),
-            &e_n,
-            "a number in (0, 1]",
-        ),
+}
+
+fn loading(scene: &Scene, found: &mut Findings) {
+    let loading = &scene.loading;
+    if let Some(Material { density, .. }) = loading.material {
+        let wanted = "the density of pouring: grains keep their masses";
+        let holds = density == scene.material.density;
+        found.unless(holds, "/loading/material/density", &density, wanted);
     }
-    found.below_one(&place("/damping/alpha"), stage.damping.alpha());
+    let height = loading.punch_height;
+    let wanted = "a finite number larger than /loading/give_up_depth";
+    let holds = height > loading.give_up_depth;
+    found.unless(holds, "/loading/punch_height", &height, wanted);
+    if let AfterForce::StandStill { seconds } = loading.after_force {
+        let place = "/loading/after_force/stand_still/seconds";
+        let wanted = format!("at most {MOST_LOADING_STEPS:e} steps");
+        let holds = seconds / scene.time_step_seconds() <= MOST_LOADING_STEPS;
+        found.unless(holds, place, &seconds, &wanted);
+    }
+}
+
+fn control_points(scene: &Scene, found: &mut Findings) {
+    let points = &scene.control_points;
+    let holds = (1..=100).contains(&points.len());
+    found.unless(holds, "/control_points", &points.len(), "1 to 100 points");
+    for (index, point) in points.iter().enumerate() {
+        let at = format!("/control_points/{index}");
+        let [offset, name] = ["offset", "name"].map(|key| format!("{at}/{key}"));
+        let inside = point.offset.abs() < 0.5 * scene.container.width;
+        let holds = inside || !found.is_sound(WIDTH);
+        found.unless(holds, &offset, &point.offset, "a place inside the box");
+        numbers(&at, point, &[("/depth", POSITIVE)], found);
+        found.name(&name, &point.name);
+        let twice = points[..index].iter().any(|of| of.name == point.name);
+        found.unless(!twice, &name, &point.name, "a name of its own");
+    }
 }
 
 /// The stages with constants of their own, and under what these stand.
@@ -203,36 +247,8 @@ fn stages(scene: &Scene) -> impl Iterator<Item = (&'static str, Cow<'_, Scene>)>
         Stage::Settle => "",
         Stage::Load => "/loading",
     };
-    scene
-        .stages()
-        .map(move |stage| (at(stage), scene.in_stage(stage)))
-}
-
-fn reason(scene: &Scene, key: &str, found: &mut Findings) {
-    let reason = scene.choices.get(key).map_or("", |reason| reason.trim());
-    found.unless(
-        !reason.is_empty() && !reason.contains('\n'),
-        &format!("/choices/{}", key.replace('/', "~1")),
-        &reason,
-        "one line of reason: the paper leaves this open",
-    );
-}
-
-fn dynamics(scene: &Scene, found: &mut Findings) {
-    found.not_negative("/gravity", scene.gravity);
-    match scene.time_step {
-        TimeStep::Absolute { seconds } => found.positive("/time_step/seconds", seconds),
-        TimeStep::Fraction { of_sqrt_m_over_k } => {
-            found.positive("/time_step/of_sqrt_m_over_k", of_sqrt_m_over_k);
-        }
-    }
-    let fraction = scene.settle.kinetic_energy_fraction;
-    found.unless(
-        fraction > 0.0 && fraction < 1.0,
-        "/settle/kinetic_energy_fraction",
-        &fraction,
-        "a number in (0, 1)",
-    );
+    let stages = scene.stages();
+    stages.map(move |stage| (at(stage), scene.in_stage(stage)))
 }
 
 /// What follows from several keys must be usable too.
@@ -241,156 +257,41 @@ fn derived(scene: &Scene, found: &mut Findings) {
         return;
     }
     let radius = 0.5 * scene.particles.mean_diameter;
-    let smallest = radius * (1.0 - scene.particles.dispersion);
+    let smallest = scene.grain_mass(radius * (1.0 - scene.particles.dispersion));
+    let dt = scene.time_step_seconds();
     for (place, what, value) in [
-        (
-            "/particles",
-            "mass of the smallest grain",
-            scene.grain_mass(smallest),
-        ),
-        (
-            "/time_step",
-            "time step in seconds",
-            scene.time_step_seconds(),
-        ),
+        ("/particles", "mass of the smallest grain", smallest),
+        ("/time_step", "time step in seconds", dt),
         ("/loading", "target force 2ap", scene.target_force()),
     ] {
-        found.unless(
-            value.is_normal() && value > 0.0,
-            place,
-            &value,
-            &format!("a {what} that is a normal number above 0"),
-        );
+        let wanted = format!("a {what} that is a normal number above 0");
+        found.unless(value.is_normal() && value > 0.0, place, &value, &wanted);
     }
     let Cloud::JitteredLattice { spin, .. } = scene.cloud;
-    let dt = scene.time_step_seconds();
-    found.unless(
-        spin * dt <= 1.0,
-        "/cloud/spin",
-        &spin,
-        "a spin of at most one radian a step",
-    );
+    let wanted = "a spin of at most one radian a step";
+    found.unless(spin * dt <= 1.0, "/cloud/spin", &spin, wanted);
     for (at, stage) in stages(scene) {
+        let place = |key: &str| format!("{at}{key}");
         let normal = stage.material.youngs_modulus * radius;
-        found.unless(
-            normal.is_normal(),
-            &format!("{at}/material"),
-            &normal,
-            "a stiffness E·R that is a normal number above 0",
-        );
-        found.unless(
-            (stage.material.stiffness_ratio * normal).is_normal(),
-            &format!("{at}/material/stiffness_ratio"),
-            &stage.material.stiffness_ratio,
-            "a ratio for which k_s = E·R·(k_s/k_n) is a normal number above 0",
-        );
+        let wanted = "a stiffness E·R that is a normal number above 0";
+        found.unless(normal.is_normal(), &place("/material"), &normal, wanted);
+        let ratio = stage.material.stiffness_ratio;
+        let wanted = "a ratio for which k_s = E·R·(k_s/k_n) is a normal number above 0";
+        let (holds, key) = ((ratio * normal).is_normal(), "/material/stiffness_ratio");
+        found.unless(holds, &place(key), &ratio, wanted);
         if let Viscosity::Dashpot { c_n, .. } = stage.contact.viscosity {
-            let lightest = 0.5 * scene.grain_mass(smallest);
-            found.unless(
-                c_n * dt <= lightest,
-                &format!("{at}/contact/viscosity/c_n"),
-                &c_n,
-                "a dashpot that takes no more than the approach speed of the two lightest grains in a \
-                 step: c_n·dt ≤ m_eff",
-            );
+            let wanted = "a dashpot that takes no more than the approach speed of the two lightest grains in a \
+                          step: c_n·dt ≤ m_eff";
+            let (holds, key) = (c_n * dt <= 0.5 * smallest, "/contact/viscosity/c_n");
+            found.unless(holds, &place(key), &c_n, wanted);
         }
     }
-    let stride = scene.loading.speed * scene.time_step_seconds();
-    found.unless(
-        stride <= LONGEST_STRIDE * radius,
-        "/loading/speed",
-        &scene.loading.speed,
-        &format!("a punch that moves at most {LONGEST_STRIDE} mean radii a step"),
-    );
-    found.unless(
-        scene.loading.give_up_depth / stride <= MOST_LOADING_STEPS,
-        "/loading/speed",
-        &scene.loading.speed,
-        &format!("a punch that reaches /loading/give_up_depth in {MOST_LOADING_STEPS:e} steps"),
-    );
-}
-
-fn loading(scene: &Scene, found: &mut Findings) {
-    let loading = &scene.loading;
-    found.positive("/loading/half_width", loading.half_width);
-    found.unless_by(
-        WIDTH,
-        2.0 * loading.half_width < scene.container.width,
-        "/loading/half_width",
-        &loading.half_width,
-        "less than half the box's width",
-    );
-    found.positive("/loading/pressure", loading.pressure);
-    found.positive("/loading/speed", loading.speed);
-    found.positive("/loading/give_up_depth", loading.give_up_depth);
-    if let Some(material) = &loading.material {
-        found.unless(
-            material.density == scene.material.density,
-            "/loading/material/density",
-            &material.density,
-            "the density of pouring: grains keep their masses",
-        );
-    }
-    found.unless(
-        loading.punch_height.is_finite() && loading.punch_height > loading.give_up_depth,
-        "/loading/punch_height",
-        &loading.punch_height,
-        "a finite number larger than /loading/give_up_depth",
-    );
-    if let AfterForce::StandStill { seconds } = loading.after_force {
-        found.positive("/loading/after_force/stand_still/seconds", seconds);
-        found.unless(
-            seconds / scene.time_step_seconds() <= MOST_LOADING_STEPS,
-            "/loading/after_force/stand_still/seconds",
-            &seconds,
-            &format!("at most {MOST_LOADING_STEPS:e} steps"),
-        );
-    }
-}
-
-fn measurement(scene: &Scene, found: &mut Findings) {
-    let measurement = &scene.measurement;
-    for (place, length) in [
-        (
-            "/measurement/control_volume_side",
-            measurement.control_volume_side,
-        ),
-        ("/measurement/local_radius", measurement.local_radius),
-    ] {
-        found.positive(place, length);
-        found.unless_by(
-            WIDTH,
-            length <= scene.container.width,
-            place,
-            &length,
-            "no more than the box's width",
-        );
-    }
-    found.unless(
-        (1..=100).contains(&scene.control_points.len()),
-        "/control_points",
-        &scene.control_points.len(),
-        "1 to 100 points",
-    );
-    for (index, point) in scene.control_points.iter().enumerate() {
-        let place = format!("/control_points/{index}");
-        found.unless_by(
-            WIDTH,
-            point.offset.is_finite() && point.offset.abs() < 0.5 * scene.container.width,
-            &format!("{place}/offset"),
-            &point.offset,
-            "a place inside the box",
-        );
-        found.positive(&format!("{place}/depth"), point.depth);
-        found.name(&format!("{place}/name"), &point.name);
-        let twice = scene.control_points[..index]
-            .iter()
-            .any(|other| other.name == point.name);
-        found.unless(
-            !twice,
-            &format!("{place}/name"),
-            &point.name,
-            "a name of its own",
-        );
-    }
+    let speed = scene.loading.speed;
+    let wanted = format!("a punch that moves at most {LONGEST_STRIDE} mean radii a step");
+    let holds = speed * dt <= LONGEST_STRIDE * radius;
+    found.unless(holds, "/loading/speed", &speed, &wanted);
+    let wanted =
+        format!("a punch that reaches /loading/give_up_depth in {MOST_LOADING_STEPS:e} steps");
+    let holds = scene.loading.give_up_depth / (speed * dt) <= MOST_LOADING_STEPS;
+    found.unless(holds, "/loading/speed", &speed, &wanted);
 }

@@ -5,8 +5,8 @@ use std::fmt::{self, Debug};
 
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor};
-use serde_json::Value;
 use serde_json::value::RawValue;
+use serde_json::{Map, Value};
 
 /// Two words that are as alike as this are one with a slip of the pen; of 0 to 1.
 const NEAR: f64 = 0.85;
@@ -28,11 +28,6 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A problem with the value at `place`; long values are cut.
-    pub fn new(place: &str, found: &Value, wanted: String) -> Self {
-        Problem::of(place, cut(found.to_string()), wanted)
-    }
-
     pub(super) fn of(
         place: impl Into<String>,
         found: impl Into<String>,
@@ -67,32 +62,9 @@ impl Findings {
         }
     }
 
-    /// The same of what hangs on the value at `other` too, which is problem enough if it is wrong itself.
-    pub(super) fn unless_by(
-        &mut self,
-        other: &str,
-        holds: bool,
-        place: &str,
-        value: &dyn Debug,
-        wanted: &str,
-    ) {
-        let is_sound = self.0.iter().all(|of| of.place != other);
-        self.unless(holds || !is_sound, place, value, wanted);
-    }
-
-    pub(super) fn positive(&mut self, place: &str, value: f64) {
-        let holds = value.is_finite() && value > 0.0;
-        self.unless(holds, place, &value, "a finite number above 0");
-    }
-
-    pub(super) fn not_negative(&mut self, place: &str, value: f64) {
-        let holds = value.is_finite() && value >= 0.0;
-        self.unless(holds, place, &value, "a finite number, 0 or more");
-    }
-
-    pub(super) fn below_one(&mut self, place: &str, value: f64) {
-        let holds = (0.0..1.0).contains(&value);
-        self.unless(holds, place, &value, "a number in [0, 1)");
+    /// Whether nothing is wrong there.
+    pub(super) fn is_sound(&self, place: &str) -> bool {
+        self.0.iter().all(|of| of.place != place)
     }
 
     /// A problem unless the name can stand in a line, in tables and in pages.
@@ -120,9 +92,10 @@ impl fmt::Display for Problem {
 
 /// Every place where `value` does not have the form that `schema` asks for.
 pub fn misfits(schema: &Value, value: &Value) -> Vec<Problem> {
-    let mut problems = Vec::new();
-    walk(schema, schema, value, "", &mut problems);
-    problems
+    let (root, problems) = (schema, Vec::new());
+    let mut walk = Walk { root, problems };
+    walk.value(schema, value, "");
+    walk.problems
 }
 
 /// Removes the keys that have these problems.
@@ -137,141 +110,129 @@ pub(super) fn remove(value: &mut Value, problems: &[Problem]) {
     }
 }
 
-fn walk(root: &Value, schema: &Value, value: &Value, place: &str, problems: &mut Vec<Problem>) {
-    let schema = resolve(root, schema);
-    if let Some(variants) = schema.get("oneOf").and_then(Value::as_array) {
-        one_of(root, variants, value, place, problems);
-        return;
+/// A value held against a schema, part by part.
+struct Walk<'a> {
+    /// Of the whole, in which references are looked up.
+    root: &'a Value,
+    problems: Vec<Problem>,
+}
+
+impl Walk<'_> {
+    fn misfit(&mut self, place: &str, found: &Value, wanted: String) {
+        let found = cut(found.to_string());
+        self.problems.push(Problem::of(place, found, wanted));
     }
-    if let Some(names) = schema.get("enum").and_then(Value::as_array) {
-        if !names.contains(value) {
-            let wanted = format!("one of {}", list(names.iter()));
-            problems.push(Problem::new(place, value, wanted));
+
+    fn value(&mut self, schema: &Value, value: &Value, place: &str) {
+        let reference = schema.get("$ref").and_then(Value::as_str);
+        let root = self.root;
+        let known = reference.and_then(|of| root.pointer(of.trim_start_matches('#')));
+        let schema = known.unwrap_or(schema);
+        if let Some(variants) = schema.get("oneOf").and_then(Value::as_array) {
+            return self.one_of(variants, value, place);
         }
-        return;
+        if let Some(names) = schema.get("enum").and_then(Value::as_array) {
+            if !names.contains(value) {
+                self.misfit(place, value, one_of_these(names));
+            }
+            return;
+        }
+        if let Some(kind) = schema.get("type").and_then(Value::as_str)
+            && !has_type(kind, value)
+        {
+            let keys: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
+            let wanted = match keys[..] {
+                [] => article(kind),
+                _ => format!("{} of {}", article(kind), keys.join(", ")),
+            };
+            return self.misfit(place, value, wanted);
+        }
+        let bound = |key: &str| value.as_f64().zip(schema.get(key).and_then(Value::as_f64));
+        if let Some((_, least)) = bound("minimum").filter(|(number, least)| number < least) {
+            self.misfit(place, value, format!("at least {least}"));
+        }
+        if let Some((_, most)) = bound("maximum").filter(|(number, most)| number > most) {
+            self.misfit(place, value, format!("at most {most}"));
+        }
+        if let (Some(items), Some(elements)) = (schema.get("items"), value.as_array()) {
+            for (index, element) in elements.iter().enumerate() {
+                self.value(items, element, &format!("{place}/{index}"));
+            }
+        }
+        if let Some(object) = value.as_object() {
+            self.object(schema, object, place);
+        }
     }
-    if let Some(kind) = schema.get("type").and_then(Value::as_str)
-        && !has_type(kind, value)
-    {
-        let keys: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
-        let wanted = match keys[..] {
-            [] => article(kind),
-            _ => format!("{} of {}", article(kind), keys.join(", ")),
+
+    fn object(&mut self, schema: &Value, object: &Map<String, Value>, place: &str) {
+        for key in required(schema).filter(|key| !object.contains_key(*key)) {
+            let (here, wanted) = (format!("{place}/{key}"), "this key; it has no default");
+            self.problems.push(Problem::of(here, "nothing", wanted));
+        }
+        let others = schema.get("additionalProperties");
+        for (key, value) in object {
+            let here = format!("{place}/{}", escaped(key));
+            let own = properties(schema).find(|of| of.0 == key).map(|of| of.1);
+            match (own, others) {
+                (Some(of_key), _) | (None, Some(of_key @ Value::Object(_))) => {
+                    self.value(of_key, value, &here);
+                }
+                (None, Some(Value::Bool(false))) => {
+                    let names: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
+                    let near = |name: &&&str| strsim::jaro_winkler(name, key);
+                    let nearest = names.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
+                    let wanted = match nearest {
+                        Some(name) if near(&name) > NEAR => (*name).to_string(),
+                        _ => format!("one of {}", names.join(", ")),
+                    };
+                    self.problems
+                        .push(Problem::of(here, "an unknown key", wanted));
+                }
+                (None, _) => {}
+            }
+        }
+    }
+
+    /// Alternatives are told apart by their `kind`, or are plain names, some of them with numbers of their own as in
+    /// `{"name": {…}}`.
+    fn one_of(&mut self, variants: &[Value], value: &Value, place: &str) {
+        let kind_of = |variant: &Value| variant.pointer("/properties/kind/const").cloned();
+        let kinds: Vec<Value> = variants.iter().filter_map(kind_of).collect();
+        if kinds.is_empty() {
+            return self.named(variants, value, place);
+        }
+        let Some(object) = value.as_object() else {
+            let wanted = format!("an object whose kind is {}", one_of_these(&kinds));
+            return self.misfit(place, value, wanted);
         };
-        problems.push(Problem::new(place, value, wanted));
-        return;
+        let given = object.get("kind");
+        let chosen = variants.iter().find(|of| kind_of(of).as_ref() == given);
+        let Some(variant) = chosen else {
+            let (place, found) = (format!("{place}/kind"), given.unwrap_or(&Value::Null));
+            return self.misfit(&place, found, one_of_these(&kinds));
+        };
+        let mut without_kind = variant.clone();
+        without_kind["properties"]["kind"] = Value::Bool(true);
+        self.object(&without_kind, object, place);
     }
-    in_range(schema, value, place, problems);
-    if let (Some(items), Some(elements)) = (schema.get("items"), value.as_array()) {
-        for (index, element) in elements.iter().enumerate() {
-            walk(root, items, element, &format!("{place}/{index}"), problems);
+
+    /// A plain name, or an object with a name as its only key.
+    fn named(&mut self, variants: &[Value], value: &Value, place: &str) {
+        if variants.iter().any(|of| of.get("const") == Some(value)) {
+            return;
         }
-    }
-    if let Some(object) = value.as_object() {
-        object_fits(root, schema, object, place, problems);
-    }
-}
-
-fn object_fits(
-    root: &Value,
-    schema: &Value,
-    object: &serde_json::Map<String, Value>,
-    place: &str,
-    problems: &mut Vec<Problem>,
-) {
-    for key in required(schema).filter(|key| !object.contains_key(*key)) {
-        let wanted = "this key; it has no default";
-        problems.push(Problem::of(format!("{place}/{key}"), "nothing", wanted));
-    }
-    let others = schema.get("additionalProperties");
-    for (key, value) in object {
-        let here = format!("{place}/{}", escaped(key));
-        let own = properties(schema).find(|of| of.0 == key).map(|of| of.1);
-        match (own, others) {
-            (Some(of_key), _) | (None, Some(of_key @ Value::Object(_))) => {
-                walk(root, of_key, value, &here, problems);
-            }
-            (None, Some(Value::Bool(false))) => {
-                let names: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
-                let near = |name: &&&str| strsim::jaro_winkler(name, key);
-                let nearest = names.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
-                let wanted = match nearest {
-                    Some(name) if near(&name) > NEAR => (*name).to_string(),
-                    _ => format!("one of {}", names.join(", ")),
-                };
-                problems.push(Problem::of(here, "an unknown key", wanted));
-            }
-            (None, _) => {}
+        let object = value.as_object();
+        let has = |name: &str| object.is_some_and(|of| of.contains_key(name));
+        let chosen = variants.iter().find(|of| required(of).any(has));
+        if let (Some(variant), Some(object)) = (chosen, object) {
+            return self.object(variant, object, place);
         }
-    }
-}
-
-/// Alternatives are told apart by their `kind`, or are plain names, some of them with numbers of their own as in
-/// `{"name": {…}}`.
-fn one_of(
-    root: &Value,
-    variants: &[Value],
-    value: &Value,
-    place: &str,
-    problems: &mut Vec<Problem>,
-) {
-    let kind_of = |variant: &Value| variant.pointer("/properties/kind/const").cloned();
-    let kinds: Vec<Value> = variants.iter().filter_map(kind_of).collect();
-    if kinds.is_empty() {
-        named(root, variants, value, place, problems);
-        return;
-    }
-    let Some(object) = value.as_object() else {
-        let wanted = format!("an object whose kind is one of {}", list(kinds.iter()));
-        problems.push(Problem::new(place, value, wanted));
-        return;
-    };
-    let given = object.get("kind");
-    let chosen = variants.iter().find(|of| kind_of(of).as_ref() == given);
-    let Some(variant) = chosen else {
-        let wanted = format!("one of {}", list(kinds.iter()));
-        let (place, found) = (format!("{place}/kind"), given.unwrap_or(&Value::Null));
-        return problems.push(Problem::new(&place, found, wanted));
-    };
-    let mut without_kind = variant.clone();
-    without_kind["properties"]["kind"] = Value::Bool(true);
-    object_fits(root, &without_kind, object, place, problems);
-}
-
-/// A plain name, or an object with a name as its only key.
-fn named(
-    root: &Value,
-    variants: &[Value],
-    value: &Value,
-    place: &str,
-    problems: &mut Vec<Problem>,
-) {
-    if variants.iter().any(|of| of.get("const") == Some(value)) {
-        return;
-    }
-    let has_name = |variant: &&Value| {
-        let mut names = required(variant);
-        names.any(|name| value.as_object().is_some_and(|of| of.contains_key(name)))
-    };
-    if let (Some(variant), Some(object)) = (variants.iter().find(has_name), value.as_object()) {
-        object_fits(root, variant, object, place, problems);
-        return;
-    }
-    let name_of = |variant: &Value| match variant.get("const") {
-        Some(name) => Some(name.to_string()),
-        None => Some(format!("{{\"{}\": …}}", required(variant).next()?)),
-    };
-    let names: Vec<String> = variants.iter().filter_map(name_of).collect();
-    let wanted = format!("one of {}", names.join(", "));
-    problems.push(Problem::new(place, value, wanted));
-}
-
-fn resolve<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
-    match schema.get("$ref").and_then(Value::as_str) {
-        Some(reference) => root
-            .pointer(reference.trim_start_matches('#'))
-            .unwrap_or(schema),
-        None => schema,
+        let name_of = |variant: &Value| match variant.get("const") {
+            Some(name) => Some(name.to_string()),
+            None => Some(format!("{{\"{}\": …}}", required(variant).next()?)),
+        };
+        let names: Vec<String> = variants.iter().filter_map(name_of).collect();
+        self.misfit(place, value, format!("one of {}", names.join(", ")));
     }
 }
 
@@ -282,12 +243,8 @@ fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
 }
 
 fn required(schema: &Value) -> impl Iterator<Item = &str> {
-    schema
-        .get("required")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str)
+    let keys = schema.get("required").and_then(Value::as_array);
+    keys.into_iter().flatten().filter_map(Value::as_str)
 }
 
 fn has_type(kind: &str, value: &Value) -> bool {
@@ -309,19 +266,9 @@ fn article(kind: &str) -> String {
     }
 }
 
-fn in_range(schema: &Value, value: &Value, place: &str, problems: &mut Vec<Problem>) {
-    let Some(number) = value.as_f64() else { return };
-    let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
-    if let Some(least) = bound("minimum").filter(|least| number < *least) {
-        problems.push(Problem::new(place, value, format!("at least {least}")));
-    }
-    if let Some(most) = bound("maximum").filter(|most| number > *most) {
-        problems.push(Problem::new(place, value, format!("at most {most}")));
-    }
-}
-
-fn list<'a>(names: impl Iterator<Item = &'a Value>) -> String {
-    names.map(Value::to_string).collect::<Vec<_>>().join(", ")
+fn one_of_these(values: &[Value]) -> String {
+    let values: Vec<String> = values.iter().map(Value::to_string).collect();
+    format!("one of {}", values.join(", "))
 }
 
 /// The keys of an object in the order of the text, each with the text of its value.
