@@ -54,7 +54,7 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
     let bytes = packed(&fs::read(&table).expect("a table"));
     fs::remove_file(&table).expect("removable");
     put(&table.with_extension("csv.gz"), bytes);
-    assert_eq!(read_run(&folder), run);
+    assert_eq!(read_run(folder), run);
     let files = there(folder);
     assert_eq!(files.len(), 13, "{files:?}");
     for name in &files {

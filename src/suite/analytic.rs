@@ -383,4 +383,48 @@ mod tests {
         let found = impact(0.0, Tension::Clipped).overlap_impulse();
         assert!((found / known - 1.0).abs() < 1.0e-9);
     }
+
+    /// One step after the other, with everything at once.
+    fn stepped(of: &SpringDashpot, mut state: State, steps: u64) -> State {
+        for _ in 0..steps {
+            let acceleration = of.pull - of.force(&state) / of.mass;
+            let on_step = state.approach + 0.5 * of.dt * acceleration;
+            let sign = (acceleration * on_step).signum();
+            state.approach += of.dt * acceleration * (1.0 - of.alpha * sign);
+            state.overlap += of.dt * state.approach;
+            state.step += 1;
+        }
+        state
+    }
+
+    #[test]
+    fn the_closed_form_is_what_steps_give() {
+        use Tension::{Clipped, Unclipped};
+        for (dashpot, alpha, ends) in [
+            (0.0, 0.0, Some(Clipped)),
+            (5.0, 0.0, Some(Unclipped)),
+            (5.0, 0.0, Some(Clipped)),
+            (2.0, 0.3, Some(Clipped)),
+            (0.0, 0.3, None),
+        ] {
+            let spring = SpringDashpot {
+                dashpot,
+                ends,
+                pull: ends.map_or(0.0, |_| 9.81),
+                alpha,
+                ..SpringDashpot::spring(1.3, 200.0, 0.01)
+            };
+            let start = State::new(0, -0.5, 0.2);
+            let steps: Vec<u64> = (0..40).map(|count| 7 * count).collect();
+            let track = spring.track(start, &steps);
+            assert_eq!(track.len(), steps.len());
+            for state in track {
+                let known = stepped(&spring, start, state.step);
+                let off = (state.overlap - known.overlap).abs();
+                assert!(off < 1.0e-12, "{state:?} {known:?}");
+                let off = (state.approach - known.approach).abs();
+                assert!(off < 1.0e-11, "{state:?} {known:?}");
+            }
+        }
+    }
 }

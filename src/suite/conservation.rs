@@ -44,11 +44,10 @@ pub mod crowd {
                 let furthest = 0.5 * columns.max(rows) as f64;
                 let moved = [random(2.0), random(3.0)];
                 let added = [random(5.0), random(7.0)];
-                let position =
-                    [0, 1].map(|i| centre[i] + RADIUS * (PITCH * place[i] + 0.04 * moved[i]));
+                let at = [0, 1].map(|i| centre[i] + RADIUS * (PITCH * place[i] + 0.04 * moved[i]));
                 let velocity = [0, 1].map(|i| SPEED * (0.5 * added[i] - place[i] / furthest));
                 let radius = RADIUS * (1.0 + 0.1 * random(11.0));
-                let grain = Grain::sphere(position, radius, DENSITY);
+                let grain = Grain::sphere(at, radius, DENSITY);
                 grains.push(grain.moving(velocity).spinning(SPIN * random(13.0)));
             }
         }
@@ -423,10 +422,8 @@ impl Couple {
 
     fn conservation(&self, track: &Track, figures: &mut Figures) {
         let [before, after] = [0, self.moments()[1]].map(|step| self.momenta(at(track, step)));
-        let momentum =
-            |grain: &Grain| grain.mass * (self.impact.approach + grain.velocity[1].abs());
-        let angular =
-            |grain: &Grain| self.reach() * momentum(grain) + grain.inertia * grain.spin.abs();
+        let momentum = |of: &Grain| of.mass * (self.impact.approach + of.velocity[1].abs());
+        let angular = |of: &Grain| self.reach() * momentum(of) + of.inertia * of.spin.abs();
         let angular: f64 = self.grains.iter().map(angular).sum();
         let momentum: f64 = self.grains.iter().map(momentum).sum();
         figures.because("the scheme keeps it; rounding in every step");

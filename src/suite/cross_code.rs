@@ -64,8 +64,7 @@ impl Place {
         let at = contact.id2 as usize;
         let position = [moment.bodies.x[at], moment.bodies.z[at]];
         let punch = moment.punch?;
-        let beyond =
-            |axis: usize| (position[axis] - punch.centre[axis]).abs() > punch.half_extents[axis];
+        let beyond = |i: usize| (position[i] - punch.centre[i]).abs() > punch.half_extents[i];
         Some(match [0, 1].map(beyond) {
             [false, false] => Place::Inside,
             [true, true] => Place::Corner,

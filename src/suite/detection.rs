@@ -112,14 +112,14 @@ impl Limits {
 }
 
 /// Whether the checks fail with these cases and options.
-type Fails<'a> = dyn Fn(&[Case], &CaseOptions) -> bool + Sync + 'a;
+type Fails<'a> = Box<dyn Fn(&[Case], &CaseOptions) -> bool + Sync + 'a>;
 
 /// A case of any kind, ready to be run with a fault.
 struct Subject<'a> {
     id: &'a str,
     evidence: Evidence,
     cases: &'a [Case],
-    fails: Box<Fails<'a>>,
+    fails: Fails<'a>,
 }
 
 impl Subject<'_> {
@@ -239,8 +239,7 @@ pub fn limits(
     let switched = Perturbation::switches();
     let switched = switched.map(|of| (of.to_string(), Perturbation::Switched(of)));
     let (names, faults): (Vec<String>, Vec<Perturbation>) = sized.chain(switched).unzip();
-    let failed =
-        |checks: Option<Vec<Check>>| checks.is_none_or(|checks| outcome(&checks) == Outcome::Fail);
+    let failed = |checks: Option<Vec<Check>>| checks.is_none_or(|of| outcome(&of) == Outcome::Fail);
     let probes: Vec<Case> = answers.iter().map(|of| of.probe.clone()).collect();
     let groups = suite.groups.iter().map(|group| Subject {
         id: group.id,

@@ -285,8 +285,7 @@ fn repeated_bounces() -> CaseGroup {
             let [soft, stiff] = last.map(|top| (top - RADIUS) / rigid);
             let [weight_soft, weight_stiff] = floors.each_ref().map(|ball| weight(ball, count));
             let root = ROOT_OF_STIFFER;
-            let steps =
-                (root + 1.0) / (root - 1.0) * (2.0 * floors[1].order()) * count as f64;
+            let steps = (root + 1.0) / (root - 1.0) * (2.0 * floors[1].order()) * count as f64;
             figures.case(format!("e-{restitution}"));
             figures.because(
                 "hard spheres, (h₀ − R)e^{2n}, are approached as 1/√k; extrapolated from two floors, what is left is the \

@@ -247,8 +247,7 @@ fn rolling_incline() -> CaseGroup {
             let mean = 0.5 * (early.velocity(0)[0] + late.velocity(0)[0]);
             let time = 0.5 * (MOMENTS[0] + MOMENTS[1]) as f64 * of.dt;
             let found = mean / time / of.along;
-            let of_arm =
-                |arm: f64| 1.0 / (1.0 + of.ball.grain.inertia / (Incline::MASS * arm * arm));
+            let of_arm = |r: f64| 1.0 / (1.0 + of.ball.grain.inertia / (Incline::MASS * r * r));
             let what = "acceleration: acceleration over g sinβ, 1";
             figures.exact(what, found, of_arm(of.ball.arm), n, 1.0);
             figures.because("InclinedPlaneUnitTest; the arm is R − u/2 and not R");

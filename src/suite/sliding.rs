@@ -163,8 +163,7 @@ impl Slide {
         more: impl Fn(&Slide, &Track, &mut Figures) + Send + Sync + 'static,
     ) -> CaseGroup {
         group.with(self.impact.id.clone(), self.case(vec![self.end()]), move |track, figures| {
-            let ([velocity, spin], [of_velocity, of_spin]) =
-                (self.seen(track), self.expected());
+            let ([velocity, spin], [of_velocity, of_spin]) = (self.seen(track), self.expected());
             let [off, off_turning] = self.tolerances();
             figures.because(
                 "of the change: (ω dt)⁴, as touch and parting fall between two steps, ½|ln e| c dt/m with a \
@@ -440,9 +439,8 @@ fn sticking() -> CaseGroup {
                     ("spin", Rocking::SPEED / of.grain.radius),
                     ("force", of.tangential() * amplitude),
                 ];
-                for (index, (what, scale)) in scales.into_iter().enumerate() {
-                    let off =
-                        |step: u64| ((seen(step)[index] - of.expected(step)[index]) / scale).abs();
+                for (i, (what, scale)) in scales.into_iter().enumerate() {
+                    let off = |step: u64| ((seen(step)[i] - of.expected(step)[i]) / scale).abs();
                     let what = format!("{what}: largest deviation of the {what} over its size, 1");
                     figures.is(&what, furthest(0.0, MOMENTS.map(off)), 0.0, tolerance);
                 }

@@ -127,9 +127,7 @@ impl Map {
             .column("PWave", over(CHOICES[0].1))
             .column("GlobalStiffness", over(CHOICES[1].1))
             .column("the same with viscEl", over(CHOICES[2].1))
-            .column("closed form", |row| {
-                row.closed.as_ref().map(|closed| &closed.formula)
-            })
+            .column("closed form", |row| Some(&row.closed.as_ref()?.formula))
             .into()
     }
 

@@ -173,9 +173,8 @@ pub const MODES: [Mode; 10] = [
                 let again = run_scene(&time_step::with_step(scene, choice));
                 again.is_ok_and(|run| run.ended().is_some() && run.is_finite())
             });
-            let share = choice.map_or(f64::NAN, |choice| {
-                choice.time_step / scene.time_step_seconds()
-            });
+            let step = choice.map_or(f64::NAN, |choice| choice.time_step);
+            let share = step / scene.time_step_seconds();
             let happens = format!(
                 "the smallest grains are too fast for the step; the automatic step, {share:.3} of it, runs to the end"
             );

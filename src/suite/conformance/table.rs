@@ -278,9 +278,7 @@ impl ConformanceTable {
                 0.0 => "one".to_owned(),
                 dispersion => format!("±{} %", 100.0 * dispersion),
             })
-            .column("computes in", |of| {
-                of.judgement().map(|of| of.resolution.name())
-            });
+            .column("computes in", |of| Some(of.judgement()?.resolution.name()));
         let found = self.engines.iter();
         let found = found.map(|of| format!("{}: {}", of.name, of.said()));
         let cannot = Table::of("cannot-express", "", &self.engines)
