@@ -1,11 +1,26 @@
-//! The native engine: what it allocates here; the kernels against the method written out plainly, rules, troubles and the punch
-//! in files of their own. Exact solutions are the suite's (`verify`).
+//! The native engine: where it ends and what it allocates here; the kernels against the method written out plainly, rules,
+//! troubles and the punch in files of their own. Exact solutions are the suite's (`verify`).
 
 mod all_pairs;
 mod ends;
 mod punch;
 
 use crate::support::*;
+
+#[test]
+fn a_task_may_end_with_settling() {
+    let scene = small_scene();
+    let whole = Task::whole(initial_bodies(&scene));
+    let settle = Task::settle(initial_bodies(&scene));
+    assert_eq!(settle.until, Until::EndOfSettling);
+    let whole = native::run(&scene, &whole, &sound(), &mut ()).expect("a sound run");
+    let settled = native::run(&scene, &settle, &sound(), &mut ()).expect("a sound run");
+    assert_eq!(settled.stages.len(), 1);
+    assert_eq!(settled.stages[0].stop, StopReason::Settled);
+    let bed = whole.settled.expect("a settled bed");
+    assert_eq!(settled.last.bodies, bed.bodies);
+    assert_eq!(settled.last.contacts, bed.contacts);
+}
 
 /// So many steps of a settled bed between two looks of anybody: what a steady step allocates would show.
 fn allocations(mut scene: Scene, steps: u64) -> u64 {

@@ -3,6 +3,7 @@
 use crossgrain::engine::{exec, yade};
 use crossgrain::run::{Engine, folder::recorded_history, parts};
 use grains::scene::AfterForce;
+use grains::task::Seen;
 
 use crate::support::*;
 
@@ -112,6 +113,32 @@ fn a_long_run_without_memory_is_cut_into_ever_longer_parts() {
     let mut rough = frictional_scene();
     rough.particles.count = 5000;
     assert_eq!(parts::cuts(&rough, &history), none, "contacts remember");
+}
+
+/// The state after so many steps of pouring.
+fn poured(scene: &Scene, steps: u64) -> Start {
+    let (outcome, _) = native_outcome(scene, &Task::pour(initial_bodies(scene), steps), None);
+    outcome.last.into()
+}
+
+#[test]
+fn the_settle_rule_counts_the_energy_that_was_seen_before() {
+    let scene = small_scene();
+    let settles_at = |energy| {
+        let start = Start {
+            seen: Seen {
+                energy,
+                ..Seen::default()
+            },
+            ..poured(&scene, 5000)
+        };
+        let until = Until::EndOfSettling;
+        let task = Task { start, until };
+        let outcome = native::run(&scene, &task, &sound(), &mut ()).expect("a run");
+        outcome.stages[0].steps
+    };
+    assert_eq!(settles_at(1.0e9), 6000, "the first look");
+    assert!(settles_at(0.0) > 6000);
 }
 
 #[test]
