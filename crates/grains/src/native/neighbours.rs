@@ -485,16 +485,12 @@ impl Share {
             let before = left.iter().take_while(|of| of.id1 < id1).count();
             left = &left[before..];
             let mut of_first = left.iter().take_while(|of| of.id1 == id1);
-            let old = of_first.find(|of| of.id2 == id2).map(memory);
+            let old = of_first.find(|of| of.id2 == id2);
+            let old = old.map(memory).unwrap_or_default();
             let [first, second] = [id1, id2].map(|id| id as usize);
             let radii = [state.radius[first], state.radius[second]];
             let parameters = constants.of_pair(state, first, second);
-            pairs.push(
-                [first, second],
-                radii,
-                &parameters,
-                &old.unwrap_or_default(),
-            );
+            pairs.push([first, second], radii, &parameters, &old);
         }
         (self.pairs, self.border) = (pairs, border);
         let memory = |(at, wall): &(u32, u32)| {
