@@ -67,6 +67,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     let failed = page.find("What failed").expect("a section");
     assert!(failed < page.find(">Comparisons</h2>").expect("a section"));
     has(&page, ["<strong>Different, and worse than main</strong>"]);
+    has(&page, ["native against YADE&#39;s sorted loop, recorded"]);
 }
 
 /// Its results are the same to the last bit, so no check fails: only the clock tells.

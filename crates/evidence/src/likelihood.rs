@@ -190,6 +190,25 @@ mod tests {
         assert!(rejected(1).iter().filter(|rejected| **rejected).count() > 600);
     }
 
+    /// Of few values the ends lie beyond half and twice the estimate; at each the deviance is the 95 % of χ²₁.
+    #[test]
+    fn wide_intervals_end_at_the_limit() {
+        let values = &AIR_CONDITIONING[..3];
+        for family in [Family::Gamma, Family::Weibull] {
+            let found = against_exponential(family, values).expect("a fit").shape;
+            let Interval {
+                estimate,
+                low,
+                high,
+            } = found;
+            assert!(low < 0.5 * estimate && high > 2.0 * estimate, "{found:?}");
+            let likelihood = profile(family, values);
+            for end in [low, high] {
+                close(2.0 * (likelihood(estimate) - likelihood(end)), 3.841_458_8);
+            }
+        }
+    }
+
     /// The deviance interval of 95 % holds the truth 95 times in a hundred.
     #[test]
     fn the_interval_covers() {
