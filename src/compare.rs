@@ -5,6 +5,9 @@ pub mod baseline;
 pub mod bits;
 pub mod first_difference;
 pub mod first_steps;
+pub mod from_runs;
+
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -17,8 +20,10 @@ use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
 use first_difference::{FirstDifference, Locator};
 use first_steps::{Asked, Beds};
+use from_runs::Replicas;
 use grains::measure::Quantity;
 use grains::native;
+use verdict::envelope::Resolution;
 use verdict::judge::{Judgement, Verdict};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -49,9 +54,6 @@ pub struct Comparison {
     pub first_steps: Vec<(&'static str, Judgement)>,
     pub quantities: Vec<QuantityPair>,
 }
-
-/// Grains of the bed from which the engines' first steps are judged.
-const GRAINS: u32 = 1000;
 
 impl Comparison {
     /// All checks, their ids beginning with this one.
@@ -86,6 +88,14 @@ impl Comparison {
     /// Whether the comparison was made and no check failed.
     pub fn agrees(&self) -> bool {
         Outcome::from(self.verdict()) == Outcome::Pass
+    }
+
+    /// Two runs of one engine by their folders.
+    pub fn tell_apart(&mut self, folders: [&Path; 2]) {
+        if self.a == self.b {
+            self.a += &format!(" in {}", folders[0].display());
+            self.b += &format!(" in {}", folders[1].display());
+        }
     }
 
     fn check(&mut self, id: &str, quantity: &str, outcome: Outcome, found: &str) {
@@ -329,18 +339,18 @@ fn expect_rounding(
     }
     let found = "not expected to be the same";
     comparison.check("bits", "bits", Outcome::Skipped, found);
+    let beds = from_runs::states(a, b);
+    let beds = beds.map(Beds::from).map_err(|error| error.to_string());
     for (name, run) in [("A", a), ("B", b)] {
-        let id = format!("first-steps-{}", name.to_lowercase());
-        if run.scene.has_stages() && matches!(run.record.engine, EngineRecord::Exec { .. }) {
-            let what = format!("how {name}'s engine changes its constants for loading");
-            let why = "first steps have one model, so nothing is known of the change";
-            let id = format!("stages-{}", name.to_lowercase());
-            comparison.missing(&id, &what, why);
-        }
+        let lower = name.to_lowercase();
+        let id = format!("first-steps-{lower}");
         let judged = locator.ok_or_else(|| "the engines were not to be run again".to_owned());
-        match judged.and_then(|of| of_first_steps(run, of)) {
-            Ok(None) => {}
+        let judged = judged.and_then(|of| of_first_steps(run, of, &beds));
+        let mut noise = Resolution::DOUBLE.noise();
+        match judged {
+            Ok(None) => continue,
             Ok(Some(judgement)) => {
+                noise = judgement.resolution.noise();
                 let checks = first_steps::checks(&judgement, &id);
                 comparison.checks.extend(checks);
                 comparison.first_steps.push((name, judgement));
@@ -350,11 +360,29 @@ fn expect_rounding(
                 comparison.missing(&id, &what, &why);
             }
         }
+        if locator.is_none() {
+            continue;
+        }
+        match Replicas::of(run, noise) {
+            Ok(replicas) => comparison.checks.extend(replicas.checks(run, &lower)),
+            Err(why) => {
+                let (id, what) = (
+                    format!("history-{lower}"),
+                    format!("{name}'s history and end"),
+                );
+                comparison.missing(&id, &what, &why);
+            }
+        }
     }
 }
 
-/// What the first steps of a run's engine say; nothing of the native engine as it is, which they are held against.
-fn of_first_steps(run: &RunFolder, locator: &Locator) -> Result<Option<Judgement>, String> {
+/// What the first steps of a run's engine say from the states of the runs; nothing of the native engine as it is, which they are held
+/// against.
+fn of_first_steps(
+    run: &RunFolder,
+    locator: &Locator,
+    beds: &Result<Beds, String>,
+) -> Result<Option<Judgement>, String> {
     let engine = locator.engine_of(run)?;
     let described;
     let asked = match &engine {
@@ -363,11 +391,21 @@ fn of_first_steps(run: &RunFolder, locator: &Locator) -> Result<Option<Judgement
         Engine::Yade(options) => Asked::Yade(options),
         Engine::Exec(options) => {
             described = exec::describe(options).map_err(|error| error.to_string())?;
-            Asked::Exec(&described, options)
+            // What the run says of its engine counts, and it is the engine that is asked now.
+            match &run.record.engine {
+                EngineRecord::Exec {
+                    described: then, ..
+                } if *then != described => {
+                    return Err(format!(
+                        "{} describes itself otherwise than run.json says; make the run again",
+                        options.program.display()
+                    ));
+                }
+                _ => Asked::Exec(&described, options),
+            }
         }
     };
-    let beds = Beds::new(GRAINS, run.scene.particles.dispersion);
-    let judged = first_steps::first_steps(asked, &beds, &mut |_| ());
+    let judged = first_steps::first_steps(asked, beds.as_ref()?, &mut |_| ());
     judged.map(Some).map_err(|error| error.to_string())
 }
 

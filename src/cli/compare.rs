@@ -9,6 +9,7 @@ use super::job_folder::Results;
 use super::json;
 use super::report::Output;
 use super::run::YadeLimits;
+use crate::compare::bits::differing_keys;
 use crate::compare::first_difference::Locator;
 use crate::compare::{compare, compare_as};
 use crate::error::Error;
@@ -20,8 +21,9 @@ use crate::workers::asked_to_end;
 #[command(
     after_help = "The verdict: identical, equal to rounding, different, or undecided. Where both runs add forces in the same \
     order (native, YADE sorted), every bit must agree; if not, both engines are run again to find the first step and grain.\nWhere \
-    they do not, both engines are run again for their first hundred steps from four states of a bed, as `engine check` does.\n\n\
-    Exit codes: 0 identical or equal to rounding; 1 different; 2 usage; 3 undecided.\n\nExamples:\n  \
+    they do not, both engines are run again for their first hundred steps from states of these very runs, under the scene's own model, and \
+    both histories and ends are held against native runs with rounding errors.\n\n\
+    Exit codes: 0 identical or equal to rounding; 1 different; 2 usage, or the scenes differ; 3 undecided.\n\nExamples:\n  \
     crossgrain compare yade native\n  crossgrain compare mine native --engine exec:./mine"
 )]
 pub struct Arguments {
@@ -55,6 +57,13 @@ impl Arguments {
         self.results.check(RECORD)?;
         let a = RunFolder::read(&self.a)?;
         let b = RunFolder::read(&self.b)?;
+        let differing = differing_keys(&a.scene, &b.scene);
+        if !differing.is_empty() {
+            return Err(Error::Usage(format!(
+                "these are runs of two scenes, which differ in {}; compare takes two runs of one scene",
+                differing.join(", ")
+            )));
+        }
         let programs = self.engine.iter();
         let programs = programs.map(|program| self.limits.exec(program.clone()));
         let locator = (!self.no_locate).then(|| Locator {
@@ -62,12 +71,13 @@ impl Arguments {
             programs: programs.collect(),
         });
         let task = Display::new(self.output.quiet).task("compare");
-        let comparison = if self.expect_bits {
+        let mut comparison = if self.expect_bits {
             compare_as(&a, &b, true, locator.as_ref())
         } else {
             compare(&a, &b, locator.as_ref())
         };
         task.done("done");
+        comparison.tell_apart([&self.a, &self.b]);
         let (text, document) = (json(&comparison)?, comparison.document());
         self.output.views.tell("compare", &text, &document)?;
         if asked_to_end() {

@@ -14,6 +14,7 @@ use super::{flag, with_options};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found};
 use crate::compare::first_steps::Beds;
+use crate::compare::from_runs::states_of;
 use crate::document::Section;
 use crate::engine::value_name;
 use crate::error::{Error, exit};
@@ -21,6 +22,7 @@ use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report;
 use crate::report::packing::grains_left;
+use crate::run::folder::read_scene;
 use crate::suite::conformance::table::{self, Candidate};
 use crate::suite::conformance::{Conformance, conformance, of_yade};
 use crate::suite::run::Engines;
@@ -67,7 +69,7 @@ pub struct TableArguments {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Exit codes: 0 identical or equal to rounding; 1 different; 2 usage; 3 undecided; 4 the engine failed (it crashed, hung or was not \
-    understood).\n\nExamples:\n  crossgrain engine check exec:adapters/toy.py\n  crossgrain engine check exec:./mine\n  crossgrain engine check yade --loop ordinary"
+    understood).\n\nExamples:\n  crossgrain engine check exec:adapters/toy.py\n  crossgrain engine check exec:./mine --scene mine.json\n  crossgrain engine check yade --loop ordinary"
 )]
 pub struct Arguments {
     /// yade, or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
@@ -78,6 +80,9 @@ pub struct Arguments {
     /// How much the radii of the bed differ, as a share of their mean; 0 for an engine that has one radius
     #[arg(long, default_value_t = DISPERSION, value_parser = dispersion)]
     dispersion: f64,
+    /// Judge from this scene's states, as the native engine runs it to its end, in place of the paper's bed
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["grains", "dispersion"])]
+    scene: Option<PathBuf>,
     #[command(flatten)]
     results: Results,
     #[command(flatten)]
@@ -129,7 +134,14 @@ impl Arguments {
         self.results.check(CHECK)?;
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
-        let beds = Beds::new(self.grains, self.dispersion);
+        let beds = match &self.scene {
+            Some(path) => {
+                let scene = read_scene(path)?;
+                task.share(0.0, "native runs the scene");
+                Beds::from(states_of(&scene)?)
+            }
+            None => Beds::new(self.grains, self.dispersion),
+        };
         let mut progress = |name: &str| task.share(0.0, name);
         let asked = match &self.engine {
             Chosen::Exec(program) => format!("exec:{}", program.display()),
@@ -145,15 +157,16 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        let command = format!(
-            "crossgrain engine check {asked} --grains {} --dispersion {}",
-            self.grains, self.dispersion
-        );
+        let from = match &self.scene {
+            Some(_) => "--scene FILE".to_owned(),
+            None => format!("--grains {} --dispersion {}", self.grains, self.dispersion),
+        };
+        let command = format!("crossgrain engine check {asked} {from}");
         let mut made = format!("crossgrain {VERSION}: `{command}`.");
         let (bed, asked_for) = (found.first_steps.as_ref(), self.grains);
         if let Some(bed) = bed
             .map(|of| of.grains)
-            .filter(|bed| *bed < asked_for as usize)
+            .filter(|bed| *bed < asked_for as usize && self.scene.is_none())
         {
             made +=
                 &format!(" The engine refused a bed of {asked_for} grains and was given {bed}.");

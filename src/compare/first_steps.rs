@@ -8,11 +8,14 @@ use crate::document::{Section, Table};
 use crate::engine::exec::{self, Description, Part, missing_for_case};
 use crate::engine::{EngineError, ProgramError, yade};
 use crate::files::work_folder;
+use crate::run::{Engine, bare};
+use grains::model::Model;
 use grains::native;
-use grains::task::Case;
+use grains::tables::Snapshot;
+use grains::task::{Case, Observer};
 use verdict::Answer;
 use verdict::envelope::{FACTOR, REPLICAS};
-use verdict::judge::{Cause, Judgement, Limit, OfStart, Reference, Verdict};
+use verdict::judge::{Cause, Excerpt, Judgement, Limit, OfStart, Reference, Verdict};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -40,6 +43,37 @@ impl Asked<'_> {
         }
     }
 
+    /// What it does not have of what the excerpt asks for.
+    fn lacks_of(self, of: &Excerpt) -> Option<String> {
+        match self {
+            Asked::Native(_) => None,
+            Asked::Yade(_) => of
+                .scene
+                .stages()
+                .find_map(|stage| yade::unsupported(&Model::in_stage(&of.scene, stage))),
+            Asked::Exec(engine, _) => {
+                let missing = exec::missing_for_scene(engine, &of.scene, &of.task);
+                (!missing.is_empty()).then(|| Part::list(&missing))
+            }
+        }
+    }
+
+    /// The moments of an excerpt; a refusal is an answer.
+    fn run_excerpt(self, of: &Excerpt) -> Result<Answer, EngineError> {
+        let work = work_folder().map_err(ProgramError::File)?;
+        let engine = match self {
+            Asked::Native(options) => Engine::Native(options.clone()),
+            Asked::Yade(options) => Engine::Yade(options.clone()),
+            Asked::Exec(_, options) => Engine::Exec(options.clone()),
+        };
+        let mut seen = Seen::default();
+        match bare(&of.scene, &engine, &of.task, work.path(), &mut seen) {
+            Ok(_) => Ok(Ok(seen.0)),
+            Err(EngineError::Program(ProgramError::Refused(why))) => Ok(Err(why)),
+            Err(error) => Err(error),
+        }
+    }
+
     /// What it makes of each case; `work` is an empty folder.
     pub fn run(self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
         match self {
@@ -54,6 +88,15 @@ impl Asked<'_> {
             }
             Asked::Exec(engine, options) => Ok(exec::run_cases(cases, engine, options, work)?),
         }
+    }
+}
+
+#[derive(Default)]
+struct Seen(Vec<Snapshot>);
+
+impl Observer for Seen {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        self.0.push(snapshot.clone());
     }
 }
 
@@ -73,6 +116,17 @@ impl Beds {
             grains,
             dispersion,
             made,
+        }
+    }
+}
+
+impl From<Reference> for Beds {
+    /// Of these states alone.
+    fn from(reference: Reference) -> Self {
+        Beds {
+            grains: 0,
+            dispersion: 0.0,
+            made: [OnceCell::from(reference), OnceCell::new()],
         }
     }
 }
@@ -112,7 +166,20 @@ pub fn from_bed(
         let work = work_folder().map_err(ProgramError::File)?;
         engine.run(cases, work.path())
     };
-    reference.judge(&|case| engine.lacks(case), &mut run, progress)
+    let mut found = reference.judge(&|case| engine.lacks(case), &mut run, progress)?;
+    let nobody_to_ask = found.starts.iter().all(|of| of.skipped.is_some());
+    for of in &reference.excerpts {
+        progress(&of.start);
+        match engine.lacks_of(of) {
+            _ if nobody_to_ask => {}
+            Some(lacking) => found.not_asked.push(of.not_asked(lacking)),
+            None => {
+                let answer = engine.run_excerpt(of)?;
+                found.starts.push(of.judge(answer, found.resolution)?);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// One for each state, or a missing one where the engine lacks something for all of them; their ids begin with this one.
@@ -123,7 +190,40 @@ pub fn checks(of: &Judgement, id: &str) -> Vec<Check> {
         let what = "first steps from a bed";
         return vec![Check::of_words(id, what, Outcome::Skipped, &found).required()];
     }
-    of.starts.iter().map(|start| check(start, id)).collect()
+    let mut checks: Vec<Check> = of.starts.iter().map(|start| check(start, id)).collect();
+    let (outcome, found) = match of.open() {
+        Some(why) => (Outcome::Skipped, why),
+        None => (Outcome::Pass, touched(of)),
+    };
+    let id = format!("{id}/evidence");
+    checks.push(
+        Check::of_words(
+            id,
+            "what touches and slides in these states",
+            outcome,
+            &found,
+        )
+        .required(),
+    );
+    checks
+}
+
+/// What the states exercise, and what not.
+fn touched(of: &Judgement) -> String {
+    let counts: Vec<String> = of
+        .counts
+        .iter()
+        .map(|of| format!("{} {}", of.found, of.what))
+        .collect();
+    let states = of.starts.iter().filter(|of| of.farthest.is_some()).count();
+    let unseen = match of.unseen.is_empty() {
+        true => String::new(),
+        false => format!("; of {} they say nothing", of.unseen.join(", ")),
+    };
+    format!(
+        "{states} states, at most {} at once{unseen}",
+        counts.join(", ")
+    )
 }
 
 fn check(of: &OfStart, id: &str) -> Check {
@@ -133,8 +233,8 @@ fn check(of: &OfStart, id: &str) -> Check {
         (None, Verdict::Different) => (Outcome::Fail, said(of)),
         (None, _) => (Outcome::Pass, said(of)),
     };
-    let id = format!("{id}/{}-{}", of.law.name(), of.start.key());
-    let quantity = format!("{}, {}", of.law.name(), of.start.name());
+    let id = format!("{id}/{}", of.key);
+    let quantity = format!("{}, {}", of.law, of.start);
     let ratio = of.farthest.as_ref().map_or(f64::NAN, |of| of.ratio);
     let check = Check::of_words(id, &quantity, outcome, &found);
     // No distance is below zero.
@@ -156,15 +256,17 @@ fn said(of: &OfStart) -> String {
         return String::new();
     };
     let (quantity, unit) = far.quantity.name();
+    let tables = of.tables.as_ref();
+    let tables = tables.map_or(String::new(), |of| format!("; its contact tables: {of}"));
     match (of.verdict, far.left_after) {
         (Verdict::Identical, _) => "every bit is the native engine's".to_owned(),
         (_, Some(step)) => format!(
             "after {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {}: the {quantity} of \
-             grain {} is off by {:.1e} {unit}",
+             {} is off by {:.1e} {unit}{tables}",
             steps(step),
             far.ratio,
             steps(far.step),
-            far.grain,
+            far.body,
             far.apart
         ),
         (_, None) => format!("at most {:.2} times as far off as replicas", far.ratio),
@@ -188,9 +290,9 @@ pub fn sentence(words: &str) -> String {
 
 /// A cause: what the engine is, or what it does.
 fn in_a_sentence(of: &Cause) -> String {
-    match of.constants.is_empty() {
-        true => sentence(&of.sentence()),
-        false => format!("It is {}", of.sentence()),
+    match of.explained && !of.constants.is_empty() {
+        true => format!("It is {}", of.sentence()),
+        false => sentence(&of.sentence()),
     }
 }
 
@@ -198,27 +300,56 @@ fn in_a_sentence(of: &Cause) -> String {
 pub fn answer(of: &Judgement) -> String {
     let precision = of.resolution.name();
     let seen = seen(&of.limits);
+    let unseen = match of.unseen.is_empty() {
+        true => String::new(),
+        false => format!(
+            " (nothing is said of {}, which change nothing in these states)",
+            of.unseen.join(", ")
+        ),
+    };
+    let judged = format!("Judged from {}.", touched(of));
     let mut said = match of.verdict() {
         Verdict::Different => {
-            let causes = of.causes.iter().map(in_a_sentence);
-            causes.collect::<Vec<_>>().join(" ")
+            let mut said: Vec<String> = of.causes.iter().map(in_a_sentence).collect();
+            let tables = of
+                .starts
+                .iter()
+                .find_map(|of| Some((&of.start, of.tables.as_ref()?)));
+            said.extend(
+                tables
+                    .map(|(start, of)| format!("Its contact tables are wrong: in {start}, {of}.")),
+            );
+            let mut starts = of
+                .starts
+                .iter()
+                .filter(|of| of.verdict == Verdict::Different);
+            if let (true, Some(of)) = (said.is_empty(), starts.next()) {
+                let why = of.skipped.clone().unwrap_or_else(|| self::said(of));
+                said.push(format!("{}, {}: {why}.", of.law, of.start));
+            }
+            said.join(" ")
         }
         Verdict::Undecided if of.starts.is_empty() => "no state was looked at.".to_owned(),
-        Verdict::Undecided => {
-            let open = of.starts.iter().filter(|of| of.skipped.is_some()).count();
-            format!(
-                "{open} of {} states were not looked at, for it refused them.",
-                of.starts.len()
-            )
-        }
+        Verdict::Undecided => match of.open() {
+            Some(why) => format!("{why}. {judged}"),
+            None => {
+                let open = of.starts.iter().filter(|of| of.skipped.is_some()).count();
+                format!(
+                    "{open} of {} states were not looked at, for it refused them.",
+                    of.starts.len()
+                )
+            }
+        },
         Verdict::Identical => {
-            format!("every bit of its first hundred steps is the native engine's. {seen}")
+            format!(
+                "every bit of its first hundred steps is the native engine's{unseen}. {judged} {seen}"
+            )
         }
         _ => {
             let ratio = of.farthest().and_then(|of| of.farthest.as_ref());
             let ratio = ratio.map_or(0.0, |of| of.ratio);
             format!(
-                "in {precision} its first hundred steps are at most {ratio:.2} times as far off as replicas. {seen}"
+                "in {precision} its first hundred steps are at most {ratio:.2} times as far off as replicas{unseen}. {judged} {seen}"
             )
         }
     };
@@ -246,8 +377,8 @@ fn seen(limits: &[Limit]) -> String {
 
 pub fn state_table(of: &Judgement) -> Table {
     Table::of("first-steps", "", of.starts.iter())
-        .column("law", |of: &OfStart| of.law.name())
-        .column("state", |of| of.start.name())
+        .column("law", |of: &OfStart| &of.law)
+        .column("state", |of| &of.start)
         .column("verdict", |of| of.verdict.in_words())
         .column("times as far as replicas", |of| {
             of.farthest.as_ref().map(|of| of.ratio)
@@ -271,8 +402,8 @@ pub fn sections(of: &Judgement) -> Vec<Section> {
     let limits = Table::of("smallest-faults", "", of.limits.iter())
         .column("constant", |of: &Limit| of.constant)
         .column("smallest fault seen", |of| of.smallest)
-        .column("law", |of| of.law.name())
-        .column("state", |of| of.start.name());
+        .column("law", |of| &of.law)
+        .column("state", |of| &of.start);
     let mut sections = vec![
         Section::new("Its first hundred steps", &about).with(state_table(of)),
         Section::new(

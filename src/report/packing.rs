@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::svg::{Area, INK, line, text, whole};
+use crate::checks::slug;
 use crate::document::{Colour, Drawing, Table};
 use crate::error::Error;
 use crate::study::figures::LoadedBed;
@@ -74,11 +75,11 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
     }
     let caption = format!(
         "Grains that are left in {}, marked: {} of {}",
-        cause.left_in.name(),
+        cause.left_in,
         left.len(),
         of.bodies.len()
     );
-    let name = format!("left-{}", cause.law.name());
+    let name = format!("left-{}", slug(&cause.law));
     let rows = left.iter().map(|id| ("left", place(*id), None, None, None));
     Some(Drawing {
         svg: with_margin([width, top], &caption, &svg),

@@ -9,11 +9,12 @@ use super::detection::{Limit, Limits, Varied, limits};
 use super::parameters::{self, Answer, Errors};
 use super::{CaseGroup, Evidence, Track, outcome};
 use crate::checks::{Check, Outcome, verdict};
+use crate::compare::first_steps::{self, Asked, Beds};
 use crate::document::plot::Point;
 use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
 use crate::engine::exec::{self, Description};
 use crate::engine::yade::{self, CaseInYade, run_cases, unsupported};
-use crate::engine::{ProgramError, value_name};
+use crate::engine::{Part, ProgramError, value_name};
 use crate::files::work_folder;
 use crate::paper::disc_field::{DiscField, figure_4};
 use crate::progress::{Display, StageObserver};
@@ -21,6 +22,7 @@ use crate::run::EngineError;
 use grains::native::{CaseOptions, loads, run_case};
 use grains::task::{Case, Observer};
 use nalgebra::Matrix2;
+use verdict::judge::Judgement;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -193,6 +195,9 @@ pub struct Verification {
     pub yade: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exec: Option<Description>,
+    /// Of an external engine, from a bed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_steps: Option<Judgement>,
     pub cases: Vec<CaseResult>,
     pub errors: Vec<Errors>,
     /// The stress inside Figure 4's disc.
@@ -208,6 +213,7 @@ impl Verification {
             command: command.to_owned(),
             yade: None,
             exec: None,
+            first_steps: None,
             tally: Tally::of(&cases),
             cases,
             errors: Vec::new(),
@@ -217,12 +223,14 @@ impl Verification {
     }
 
     pub fn verdict(&self) -> Outcome {
-        verdict(self.cases.iter().flat_map(|case| &case.checks))
+        verdict(&self.checks())
     }
 
     pub fn checks(&self) -> Vec<Check> {
         let checks = self.cases.iter().flat_map(|case| &case.checks);
-        checks.cloned().collect()
+        let first_steps = self.first_steps.iter();
+        let first_steps = first_steps.flat_map(|of| first_steps::checks(of, "verify/first-steps"));
+        checks.cloned().chain(first_steps).collect()
     }
 }
 
@@ -492,16 +500,36 @@ pub fn verify_exec(
         task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
     })?;
     task.done("done");
+    // Small cases do not show what is wrong in a bed alone. One radius, so that an engine with a stiffness for each can take part.
+    let first_steps = match engine.has(Part::Cases) {
+        true => {
+            let task = display.task(&format!("a bed in {}", engine.name));
+            let (beds, mut progress) = (Beds::new(GRAINS, 0.0), |of: &str| task.share(0.0, of));
+            let asked = Asked::Exec(&engine, options);
+            let found = first_steps::first_steps(asked, &beds, &mut progress)?;
+            task.done("done");
+            Some(found)
+        }
+        false => None,
+    };
     Ok(Verification {
         exec: Some(engine),
+        first_steps,
         ..Verification::new(command, cases)
     })
 }
 
+/// Grains of the bed from which an external engine's first steps are judged beside its cases.
+const GRAINS: u32 = 1000;
+
 impl Verification {
     pub fn document(&self) -> Document {
         let live = |version| format!(" YADE {version} ran live.");
-        let yade = self.yade.as_ref().map_or(String::new(), live);
+        let mut yade = self.yade.as_ref().map_or(String::new(), live);
+        if let Some(of) = &self.first_steps {
+            let (verdict, said) = (of.verdict(), first_steps::answer(of));
+            yade += &format!(" From a bed: {}", first_steps::with_verdict(verdict, &said));
+        }
         Document {
             title: "Verification suite: every contact law against what is known of it".to_owned(),
             verdict: self.verdict(),
@@ -520,6 +548,7 @@ impl Verification {
             let answer = "Native and YADE round alike; 11 more bits make the error smaller by about 2¹¹, so it is rounding and nothing else.";
             sections.push(Section::new("Rounding", answer).with(errors(&self.errors)));
         }
+        sections.extend(self.first_steps.iter().flat_map(first_steps::sections));
         sections.push(inside_a_disc(&self.disc));
         sections
     }

@@ -6,9 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::model::Model;
 use crate::native::contact::{self, Action, Memory, Motion, Parameters, Touch};
+use crate::native::first_contact_punch;
 use crate::native::state::{Constants, State, contact_row};
-use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
-use crate::tables::{Contact, Punch, Snapshot, Stage};
+use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene};
+use crate::tables::{Bodies, Contact, Punch, Snapshot, Stage};
 use crate::task::Case;
 
 /// A constant of the model. Those of gravity are counted over |g|, places of walls over the mean radius.
@@ -48,9 +49,9 @@ const CONSTANTS: [(Constant, &str); 17] = [
     (Constant::Mass, "mass"),
     (Constant::Inertia, "moment of inertia"),
     (Constant::Radius, "radius"),
-    (Constant::WallPlace(0), "place of the left wall"),
-    (Constant::WallPlace(1), "place of the right wall"),
-    (Constant::WallPlace(2), "place of the floor"),
+    (Constant::WallPlace(0), "place of wall 0"),
+    (Constant::WallPlace(1), "place of wall 1"),
+    (Constant::WallPlace(2), "place of wall 2"),
     (Constant::PunchSpeed, "velocity of the punch"),
 ];
 
@@ -82,6 +83,111 @@ impl Constant {
             Constant::GravityAcross | Constant::GravityUp => model.gravity != [0.0; 2],
             Constant::Inertia => model.law.rotates(),
         }
+    }
+}
+
+/// A key of a job that an engine may leave unread: it computes with the paper's value then, whatever it is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Key {
+    Gravity,
+    Damping,
+    TimeStep,
+    Modulus,
+    StiffnessRatio,
+    Friction,
+    WallFriction,
+    PunchFriction,
+    Dashpots,
+    PunchSpeed,
+    PunchSize,
+    Mass,
+    Inertia,
+}
+
+/// The friction angle of an engine that reads none, rad.
+const USUAL_FRICTION: f64 = 0.5;
+
+impl Key {
+    pub const ALL: [Key; 13] = [
+        Key::Gravity,
+        Key::Damping,
+        Key::TimeStep,
+        Key::Modulus,
+        Key::StiffnessRatio,
+        Key::Friction,
+        Key::WallFriction,
+        Key::PunchFriction,
+        Key::Dashpots,
+        Key::PunchSpeed,
+        Key::PunchSize,
+        Key::Mass,
+        Key::Inertia,
+    ];
+
+    /// Where it stands in a job.
+    pub fn name(self) -> &'static str {
+        match self {
+            Key::Gravity => "model.gravity",
+            Key::Damping => "model.alpha",
+            Key::TimeStep => "model.dt",
+            Key::Modulus => "law.modulus",
+            Key::StiffnessRatio => "law.stiffness_ratio",
+            Key::Friction => "law.friction_angle",
+            Key::WallFriction => "law.wall_friction_angle",
+            Key::PunchFriction => "law.punch_friction_angle",
+            Key::Dashpots => "law.contact.viscosity",
+            Key::PunchSpeed => "punch.velocity",
+            Key::PunchSize => "punch.half_extents",
+            Key::Mass => "mass in initial.csv",
+            Key::Inertia => "inertia in initial.csv",
+        }
+    }
+
+    /// The case as an engine sees it that does not read this key; none where it sees no other.
+    pub fn unread(self, case: &Case) -> Option<Case> {
+        let usual = &paper_scene(1, 1);
+        let (usual_model, usual_punch) = (
+            Model::of(usual),
+            first_contact_punch(usual, &Bodies::default()),
+        );
+        let mut seen = case.clone();
+        let (model, bodies) = (&mut seen.model, &mut seen.bodies);
+        match self {
+            Key::Gravity => model.gravity = usual_model.gravity,
+            Key::Damping => model.alpha = usual_model.alpha,
+            Key::TimeStep => model.dt = usual_model.dt,
+            Key::Modulus => model.law.modulus = usual_model.law.modulus,
+            Key::StiffnessRatio => model.law.stiffness_ratio = usual_model.law.stiffness_ratio,
+            Key::Friction => model.law.friction_angle = USUAL_FRICTION,
+            Key::WallFriction => model.law.wall_friction_angle = None,
+            Key::PunchFriction => model.law.punch_friction_angle = None,
+            Key::Dashpots => model.law.contact.viscosity = Viscosity::None,
+            Key::PunchSpeed => {
+                let punch = seen.punch.as_mut()?;
+                punch.velocity = usual_punch.velocity;
+            }
+            Key::PunchSize => {
+                let punch = seen.punch.as_mut()?;
+                punch.half_extents = usual_punch.half_extents;
+            }
+            Key::Mass => {
+                let grains = bodies.mass.iter_mut().zip(&bodies.radius);
+                grains.for_each(|(mass, radius)| *mass = usual.grain_mass(*radius));
+            }
+            Key::Inertia => {
+                let grains = bodies
+                    .inertia
+                    .iter_mut()
+                    .zip(&bodies.radius)
+                    .zip(&bodies.mass);
+                grains.for_each(|((inertia, radius), mass)| {
+                    *inertia = usual.grain_inertia(*radius, *mass);
+                });
+            }
+        }
+        // Friction where there was none would be another law.
+        let same_terms = seen.model.law.has_friction() == case.model.law.has_friction();
+        (seen != *case && same_terms).then_some(seen)
     }
 }
 
@@ -178,6 +284,16 @@ pub enum Form {
     SlipOfCentres,
     /// Walls and punch do not turn grains.
     NoTorqueOfFlatBodies,
+    /// A key of the job is not read.
+    Unread(Key),
+}
+
+impl Form {
+    /// Whether the tangential force is not limited, or in another way.
+    fn is_unlimited(self) -> bool {
+        use Form::{CoulombByComponent, CoulombOfSpring, NoCoulombLimit};
+        matches!(self, NoCoulombLimit | CoulombByComponent | CoulombOfSpring)
+    }
 }
 
 /// What an engine has otherwise than the model.
@@ -215,7 +331,14 @@ impl Variant {
 }
 
 /// The state at each moment of the case. Radii and masses are shown as given.
-pub fn run(case: &Case, variant: &Variant) -> Vec<Snapshot> {
+pub fn run(given: &Case, variant: &Variant) -> Vec<Snapshot> {
+    let unread = variant.forms.iter().fold(None, |seen: Option<Case>, form| {
+        let Form::Unread(key) = form else {
+            return seen;
+        };
+        key.unread(seen.as_ref().unwrap_or(given)).or(seen)
+    });
+    let case = unread.as_ref().unwrap_or(given);
     let mut stepper = Stepper::new(case, variant);
     stepper.evaluate();
     let mut step = 0;
@@ -226,7 +349,7 @@ pub fn run(case: &Case, variant: &Variant) -> Vec<Snapshot> {
             stepper.evaluate();
             step += 1;
         }
-        all.push(stepper.snapshot(step));
+        all.push(stepper.snapshot(step, &given.bodies));
     }
     all
 }
@@ -241,11 +364,11 @@ struct Meeting {
 }
 
 struct Stepper<'a> {
-    case: &'a Case,
     variant: &'a Variant,
     state: State,
     constants: Constants,
-    rules: contact::ContactRules,
+    /// Between grains, at walls and at the punch.
+    rules: [contact::ContactRules; 3],
     memories: BTreeMap<(u32, u32), Memory>,
     /// Normals of the pairs that touched in the last step, for contacts that are found late.
     touched: BTreeMap<(u32, u32), [f64; 2]>,
@@ -257,14 +380,14 @@ struct Stepper<'a> {
     /// Of the punch, one step late or not.
     punch_centre: [f64; 2],
     begun: bool,
-    /// tan φ.
-    tangent: f64,
+    /// tan²φ between grains, at walls and at the punch, also where the rules have none.
+    tan_squared: [f64; 3],
     /// Whether a step depends on the one before by more than positions and velocities.
     remembers: bool,
 }
 
 impl<'a> Stepper<'a> {
-    fn new(case: &'a Case, variant: &'a Variant) -> Self {
+    fn new(case: &Case, variant: &'a Variant) -> Self {
         let model: &Model = &case.model;
         let mut constants = Constants::new(model, case.bodies.len() as u32);
         let size = model.gravity[0].hypot(model.gravity[1]);
@@ -284,12 +407,14 @@ impl<'a> Stepper<'a> {
         scale(&mut bodies.mass, variant.factor(Constant::Mass));
         scale(&mut bodies.inertia, variant.factor(Constant::Inertia));
         let mut rules = constants.rules();
-        let tangent = variant.factor(Constant::Friction);
-        rules.tan_squared *= tangent * tangent;
-        let tangent = rules.tan_squared.sqrt();
+        let friction = variant.factor(Constant::Friction).powi(2);
+        let [walls, punch] = rules.tan_squared_at;
+        let tan_squared = [rules.tan_squared, walls, punch].map(|of| of * friction);
         for form in &variant.forms {
             change(*form, &mut rules);
         }
+        let unlimited = variant.forms.iter().any(|form| form.is_unlimited());
+        let rules = tan_squared.map(|of| rules.limited_by(if unlimited { UNLIMITED } else { of }));
         let mean = bodies.radius.iter().sum::<f64>() / bodies.radius.len().max(1) as f64;
         for (index, wall) in constants.walls.iter_mut().enumerate() {
             wall.place += mean * (variant.factor(Constant::WallPlace(index)) - 1.0);
@@ -304,11 +429,10 @@ impl<'a> Stepper<'a> {
         state.spin.resize(bodies.len(), 0.0);
         state.torque.resize(bodies.len(), 0.0);
         Stepper {
-            case,
             variant,
             state,
-            tangent,
-            remembers: rules.friction || !variant.forms.is_empty(),
+            tan_squared,
+            remembers: rules[0].friction || !variant.forms.is_empty(),
             rules,
             constants,
             memories: BTreeMap::new(),
@@ -381,7 +505,7 @@ impl<'a> Stepper<'a> {
                 state.position[id][axis] += dt * moving;
             }
         }
-        if self.rules.rotates && !self.variant.has(Form::SpinsKept) {
+        if self.rules[0].rotates && !self.variant.has(Form::SpinsKept) {
             let turning = state.spin.iter_mut().zip(&state.torque).zip(&state.inertia);
             for ((spin, torque), inertia) in turning {
                 let mut turn = torque / inertia;
@@ -564,14 +688,18 @@ impl<'a> Stepper<'a> {
             memory.normal = touch.normal;
             memory.shear = turned.map(|of| factor * of);
         }
+        let which = match touch.pair {
+            contact::Pair::Grains => 0,
+            contact::Pair::Wall => 1,
+            contact::Pair::PunchOutside | contact::Pair::PunchInside => 2,
+        };
+        let (rules, tangent) = (&self.rules[which], self.tan_squared[which].sqrt());
         let of_centres = self.variant.has(Form::SlipOfCentres);
         let [one_of_slip, two_of_slip] = [one, two].map(|of| Motion {
             spin: if of_centres { 0.0 } else { of.spin },
             ..*of
         });
-        let mut action = self
-            .rules
-            .act(&touch, of, &one_of_slip, &two_of_slip, &mut memory);
+        let mut action = rules.act(&touch, of, &one_of_slip, &two_of_slip, &mut memory);
         let mut force = action.force;
         if self.variant.has(Form::DashpotOnWholeVelocity) {
             let apart = [0, 1].map(|axis| two.velocity[axis] - one.velocity[axis]);
@@ -580,14 +708,14 @@ impl<'a> Stepper<'a> {
                 .map(|axis| force[axis] - of.c_n * (apart[axis] - along * touch.normal[axis]));
         }
         if self.variant.has(Form::CoulombByComponent) {
-            let normal = self.rules.normal_force(&touch, of, one, two);
-            let limit = normal[0].hypot(normal[1]) * self.tangent;
+            let normal = rules.normal_force(&touch, of, one, two);
+            let limit = normal[0].hypot(normal[1]) * tangent;
             memory.shear = memory.shear.map(|of| of.clamp(-limit, limit));
             force = [0, 1].map(|axis| normal[axis] + memory.shear[axis]);
         }
         if self.variant.has(Form::CoulombOfSpring) {
-            let normal = self.rules.normal_force(&touch, of, one, two);
-            let limit = of.k_n * touch.overlap * self.tangent;
+            let normal = rules.normal_force(&touch, of, one, two);
+            let limit = of.k_n * touch.overlap * tangent;
             let ratio = limit / memory.shear[0].hypot(memory.shear[1]);
             if ratio < 1.0 {
                 memory.shear = memory.shear.map(|of| of * ratio);
@@ -596,8 +724,8 @@ impl<'a> Stepper<'a> {
         }
         if force != action.force {
             action.force = force;
-            if self.rules.rotates {
-                action.torques = self.rules.torques(&touch, force, one, two);
+            if rules.rotates {
+                action.torques = rules.torques(&touch, force, one, two);
             }
         }
         let is_flat = touch.pair != contact::Pair::Grains;
@@ -606,7 +734,7 @@ impl<'a> Stepper<'a> {
         }
         let whole_arms = self.variant.has(Form::WholeArms)
             || is_flat && self.variant.has(Form::WholeArmsAtFlatBodies);
-        if whole_arms && self.rules.rotates {
+        if whole_arms && rules.rotates {
             let [r1, r2] = touch.radii;
             let turn = touch.normal[0] * action.force[1] - touch.normal[1] * action.force[0];
             action.torques = [r1 * turn, r2 * turn];
@@ -650,9 +778,8 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    fn snapshot(&self, step: u64) -> Snapshot {
+    fn snapshot(&self, step: u64, given: &Bodies) -> Snapshot {
         let mut bodies = self.state.bodies();
-        let given = &self.case.bodies;
         if step > 0 && self.variant.has(Form::WrittenAtWholeSteps) {
             let Constants {
                 dt, gravity, alpha, ..
@@ -683,16 +810,15 @@ impl<'a> Stepper<'a> {
     }
 }
 
+/// tan²φ with which nothing is larger than |N| tan φ, of a force that is finite.
+const UNLIMITED: f64 = 1.0e60;
+
 fn sign(of: f64) -> f64 {
     f64::from(u8::from(of > 0.0)) - f64::from(u8::from(of < 0.0))
 }
 
 fn change(form: Form, rules: &mut contact::ContactRules) {
     match form {
-        // Of a force that is finite, times this, nothing is larger.
-        Form::NoCoulombLimit | Form::CoulombByComponent | Form::CoulombOfSpring => {
-            rules.tan_squared = 1.0e60;
-        }
         Form::OtherTorqueArms => {
             rules.torque_arms = match rules.torque_arms {
                 TorqueArms::HalfOverlap => TorqueArms::ContactPoint,

@@ -49,6 +49,16 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Of a variant that is known, with nothing to be fitted.
+    pub fn known(variant: Variant) -> Self {
+        Fit {
+            variant,
+            fitted: Vec::new(),
+            tied: Vec::new(),
+            responses: DMatrix::zeros(0, 0),
+        }
+    }
+
     /// The constants that are another than the model's.
     pub fn wrong(&self) -> Vec<Fitted> {
         let wrong = self.fitted.iter().filter(|of| of.is_wrong());
@@ -186,7 +196,7 @@ pub(crate) const FLYING: usize = 0;
 pub(crate) const KINDS: usize = 4;
 
 /// Whether the first of a pair is a grain, a wall, or the punch.
-fn kind_of_pair(case: &Case, first: u32) -> usize {
+pub(crate) fn kind_of_pair(case: &Case, first: u32) -> usize {
     let wall = case.bodies.len() as u32;
     let punch = wall + case.model.walls.len() as u32;
     usize::from(first >= wall) + usize::from(first >= punch)
@@ -241,10 +251,8 @@ impl<'a> Search<'a> {
             error: 0.0,
         };
         let mut fit = Fit {
-            variant: known.clone(),
             fitted: free.iter().map(unfitted).collect(),
-            tied: Vec::new(),
-            responses: DMatrix::zeros(0, 0),
+            ..Fit::known(known.clone())
         };
         for round in 0..ROUNDS {
             if fit.fitted.is_empty() {

@@ -6,11 +6,12 @@ use serde::Serialize;
 
 use crate::Answer;
 use crate::constants::{FLYING, KINDS, situations, until};
+use crate::contacts;
 use grains::native::{CaseOptions, NativeError, Noise, run_case};
 use grains::scene::Viscosity;
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
-use grains::variant::{self, Constant};
+use grains::variant::{self, Constant, Variant};
 
 /// Replicas of each start; three times as many for an engine in single precision.
 pub const REPLICAS: u64 = 8;
@@ -21,10 +22,12 @@ pub const FACTOR: f64 = 3.0;
 const COARSE: f64 = 1.0e-12;
 const FLIPS: f64 = 30.0;
 const FEW: usize = 2;
+/// For so many steps after the start replicas stay close together.
+const NARROW_UNTIL: u64 = 100;
 /// Looked at in each moment: half of the grains are at most so far off, nine of ten, 99 of a hundred, all.
 const SHARES: [f64; 4] = [0.5, 0.9, 0.99, 1.0];
 
-/// What is compared of a grain.
+/// What is compared of a grain or of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -34,10 +37,29 @@ pub enum Quantity {
     Velocity,
     /// Difference of the spins times Δt.
     Spin,
+    /// Difference of the overlaps over the radius.
+    Overlap,
+    /// Difference of the normal forces times Δt²/(mR).
+    NormalForce,
+    /// The same of the tangential ones.
+    TangentialForce,
+    /// Angle between the normals.
+    Normal,
+    /// Distance between the contact points over the radius.
+    Point,
 }
 
 impl Quantity {
-    const ALL: [Quantity; 3] = [Quantity::Position, Quantity::Velocity, Quantity::Spin];
+    const ALL: [Quantity; ALL] = [
+        Quantity::Position,
+        Quantity::Velocity,
+        Quantity::Spin,
+        Quantity::Overlap,
+        Quantity::NormalForce,
+        Quantity::TangentialForce,
+        Quantity::Normal,
+        Quantity::Point,
+    ];
 
     /// With the unit in which it is counted.
     pub fn name(self) -> (&'static str, &'static str) {
@@ -45,43 +67,69 @@ impl Quantity {
             Quantity::Position => ("position", "R"),
             Quantity::Velocity => ("velocity", "R a step"),
             Quantity::Spin => ("spin", "rad a step"),
+            Quantity::Overlap => ("overlap", "R"),
+            Quantity::NormalForce => ("normal force", "mR/Δt²"),
+            Quantity::TangentialForce => ("tangential force", "mR/Δt²"),
+            Quantity::Normal => ("normal", "rad"),
+            Quantity::Point => ("contact point", "R"),
         }
     }
+}
 
-    /// How far each grain is off; empty for spins where nothing turns.
-    fn apart(self, their: &Snapshot, own: &Snapshot, dt: f64) -> Vec<f64> {
+const ALL: usize = MOTION + contacts::NUMBERS;
+/// So many are of grains, the rest of contacts.
+const MOTION: usize = 3;
+
+/// How far two moments are apart: numbers for each grain, then for each contact that either has.
+struct Apart {
+    numbers: [Vec<f64>; ALL],
+    pairs: Vec<(u32, u32)>,
+}
+
+impl Apart {
+    fn new(their: &Snapshot, own: &Snapshot, case: &Case) -> Self {
+        let dt = case.model.dt;
         let (a, b) = (&their.bodies, &own.bodies);
         let grains = 0..b.len();
-        match self {
-            Quantity::Position => {
-                let apart = |id: usize| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]) / b.radius[id];
-                grains.map(apart).collect()
-            }
-            Quantity::Velocity => {
-                let apart = |id: usize| (a.vx[id] - b.vx[id]).hypot(a.vz[id] - b.vz[id]);
-                grains.map(|id| apart(id) * dt / b.radius[id]).collect()
-            }
-            Quantity::Spin => {
-                let spins = a.spin.iter().zip(&b.spin);
-                spins.map(|(a, b)| (a - b).abs() * dt).collect()
-            }
+        let way = |id: usize| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]) / b.radius[id];
+        let speed = |id: usize| (a.vx[id] - b.vx[id]).hypot(a.vz[id] - b.vz[id]);
+        let speed = |id: usize| speed(id) * dt / b.radius[id];
+        let spins = a.spin.iter().zip(&b.spin);
+        let (pairs, of_contacts) = contacts::apart(their, own, &case.model.walls, dt);
+        let of_grains = [
+            grains.clone().map(way).collect(),
+            grains.map(speed).collect(),
+            spins.map(|(a, b)| (a - b).abs() * dt).collect(),
+        ];
+        let mut all = of_grains.into_iter().chain(of_contacts);
+        Apart {
+            numbers: std::array::from_fn(|_| all.next().unwrap_or_default()),
+            pairs,
         }
+    }
+
+    /// What this quantity is of.
+    fn body(&self, index: usize, at: usize) -> String {
+        match self.pairs.get(at) {
+            Some((one, two)) if index >= MOTION => format!("contact {one}–{two}"),
+            _ => format!("grain {at}"),
+        }
+    }
+
+    fn summary(&self) -> Summary {
+        std::array::from_fn(|index| {
+            let mut apart = self.numbers[index].clone();
+            apart.sort_by(f64::total_cmp);
+            SHARES.map(|share| {
+                let at = (apart.len().saturating_sub(1)) as f64 * share;
+                apart.get(at as usize).copied().unwrap_or(0.0)
+            })
+        })
     }
 }
 
-/// Distances at the shares of grains, for each quantity.
-type Summary = [[f64; SHARES.len()]; 3];
-
-fn summary(their: &Snapshot, own: &Snapshot, dt: f64) -> Summary {
-    Quantity::ALL.map(|quantity| {
-        let mut apart = quantity.apart(their, own, dt);
-        apart.sort_by(f64::total_cmp);
-        SHARES.map(|share| {
-            let at = (apart.len().saturating_sub(1)) as f64 * share;
-            apart.get(at as usize).copied().unwrap_or(0.0)
-        })
-    })
-}
+/// Distances at the shares of grains or contacts, for each quantity.
+type Summary = [[f64; SHARES.len()]; ALL];
 
 /// Where a run is farthest off, measured by the replicas.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -91,18 +139,25 @@ pub struct Farthest {
     /// After so many steps.
     pub step: u64,
     pub quantity: Quantity,
-    /// The grain that is farthest off then.
-    pub grain: usize,
+    /// The grain or contact that is farthest off then.
+    pub body: String,
     /// How far that is, as [`Quantity`] counts it.
     pub apart: f64,
     /// The first moment at which the run has left the replicas, steps; none if it never has.
     pub left_after: Option<u64>,
+    /// How many times as far off its motion is, contact tables aside.
+    pub of_motion: f64,
 }
 
 impl Farthest {
     /// Whether it is never farther off than rounding takes it.
     pub fn is_rounding(&self) -> bool {
         self.ratio <= FACTOR
+    }
+
+    /// The same of the motion alone.
+    pub fn moves_right(&self) -> bool {
+        self.of_motion <= FACTOR
     }
 }
 
@@ -118,51 +173,75 @@ impl Envelope {
     /// Runs the case and its replicas with this noise.
     pub fn new(case: &Case, noise: Noise) -> Result<Self, NativeError> {
         let own = run_case(case, None)?;
-        let coarse = noise.position.max(noise.velocity).max(noise.overlap) > COARSE;
-        let count = if coarse { 3 * REPLICAS } else { REPLICAS };
-        let replicas = in_parallel(count as usize, |replica| {
-            let noise = Noise {
-                replica: replica as u64,
-                ..noise
-            };
+        let replicas = in_parallel(replicas(noise), |replica| {
             let options = CaseOptions {
-                noise: Some(noise),
+                noise: Some(of_replica(noise, replica)),
                 ..CaseOptions::default()
             };
             run_case(case, options)
         });
+        let replicas: Result<Vec<_>, _> = replicas.into_iter().collect();
+        Ok(Envelope::of(case.clone(), own, &replicas?, noise))
+    }
+
+    /// The same of runs that were made already; of the case its model and its grains are asked for.
+    pub fn of(case: Case, own: Vec<Snapshot>, replicas: &[Vec<Snapshot>], noise: Noise) -> Self {
         let dt = case.model.dt;
         // No number can be told from its neighbour.
         let (extent, fastest) = largest(&own);
-        let radius = case.bodies.radius.iter().copied().fold(f64::MAX, f64::min);
+        let least = |column: &[f64]| column.iter().copied().fold(f64::MAX, f64::min);
+        let (radius, mass) = (least(&case.bodies.radius), least(&case.bodies.mass));
+        let law = &case.model.law;
+        let length = noise.position * extent + noise.overlap;
+        // The stiffest pair of a grain has k_n = 2ER, where the other one is much larger.
+        let spring = 2.0 * law.modulus * law.stiffness_ratio.max(1.0) * dt * dt / mass;
+        let force = own
+            .iter()
+            .flat_map(|of| &of.contacts)
+            .fold(0.0, |most: f64, of| {
+                let grain = of.id2 as usize;
+                let push = dt * dt / (case.bodies.mass[grain] * case.bodies.radius[grain]);
+                most.max(of.normal_force.abs() * push)
+            });
+        let force = spring * length + noise.velocity * force;
         let least = [
             noise.position * extent / radius,
             noise.velocity * fastest * dt / radius,
             noise.velocity * dt,
+            length / radius,
+            force,
+            force,
+            length / radius,
+            length / radius,
         ];
         let mut reach = vec![least.map(|least| [least; SHARES.len()]); own.len()];
         for replica in replicas {
-            for ((reach, their), own) in reach.iter_mut().zip(&replica?).zip(&own) {
-                let apart = summary(their, own, dt);
+            for ((reach, their), own) in reach.iter_mut().zip(replica).zip(&own) {
+                let apart = Apart::new(their, own, &case).summary();
                 let reach = reach.as_flattened_mut().iter_mut();
                 reach
                     .zip(apart.as_flattened())
                     .for_each(|(reach, apart)| *reach = reach.max(*apart));
             }
         }
-        if coarse {
+        // Where distances grow by orders they scatter by as much.
+        let begun = own.first().map_or(0, |of| of.step);
+        for (reach, own) in reach.iter_mut().zip(&own) {
+            if own.step > begun + NARROW_UNTIL {
+                let all = reach.as_flattened_mut().iter_mut();
+                all.for_each(|of| *of *= FLIPS);
+            }
+        }
+        if is_coarse(noise) {
             for of_quantity in reach.iter_mut().flatten() {
                 of_quantity[FEW..].iter_mut().for_each(|of| *of *= FLIPS);
             }
         }
-        Ok(Envelope {
-            case: case.clone(),
-            own,
-            reach,
-        })
+        Envelope { case, own, reach }
     }
 
-    /// Where a run of this case is farthest off; the start itself is not looked at. None for a run with other moments.
+    /// Where a run of this case is farthest off; of the start itself the contacts alone are looked at. None for a run with other
+    /// moments.
     pub fn farthest(&self, theirs: &[Snapshot]) -> Option<Farthest> {
         self.farthest_from(&self.own, theirs)
     }
@@ -170,96 +249,163 @@ impl Envelope {
     /// The same from another run than the native one, such as one with the constants that were found.
     pub fn farthest_from(&self, own: &[Snapshot], theirs: &[Snapshot]) -> Option<Farthest> {
         let steps = |of: &[Snapshot]| of.iter().map(|of| of.step).collect::<Vec<_>>();
-        let dt = self.case.model.dt;
         let mut farthest: Option<Farthest> = None;
         if theirs.is_empty() || steps(own) != steps(theirs) {
             return None;
         }
-        let mut left_after = None;
+        let (mut left_after, mut of_motion) = (None, 0.0f64);
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
-            if own.step == 0 {
-                continue;
-            }
-            let apart = summary(their, own, dt);
+            let apart = Apart::new(their, own, &self.case);
+            let summary = apart.summary();
             for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
-                let ratios = apart[index].iter().zip(&reach[index]);
-                // What is not a number is as far off as can be.
-                let ratios = ratios.map(|(apart, reach)| apart / reach);
-                let ratios = ratios.map(|of| if of.is_nan() { f64::INFINITY } else { of });
-                let ratio = ratios.fold(0.0, f64::max);
+                let ratio = ratio(&summary[index], &reach[index]);
+                if index < MOTION {
+                    of_motion = of_motion.max(ratio);
+                }
                 if ratio > FACTOR {
                     left_after = left_after.or(Some(own.step));
                 }
                 if farthest.as_ref().is_none_or(|of| ratio > of.ratio) {
-                    let of_grains = quantity.apart(their, own, dt);
-                    let worst = of_grains.iter().enumerate();
+                    let worst = apart.numbers[index].iter().enumerate();
                     let worst = worst.max_by(|a, b| a.1.total_cmp(b.1));
-                    let (grain, apart) = worst.map_or((0, 0.0), |(grain, apart)| (grain, *apart));
+                    let (at, far) = worst.map_or((0, 0.0), |(at, apart)| (at, *apart));
                     farthest = Some(Farthest {
                         ratio,
                         step: own.step,
                         quantity,
-                        grain,
-                        apart,
+                        body: apart.body(index, at),
+                        apart: far,
                         left_after: None,
+                        of_motion: 0.0,
                     });
                 }
             }
         }
-        farthest.map(|of| Farthest { left_after, ..of })
+        farthest.map(|of| Farthest {
+            left_after,
+            of_motion,
+            ..of
+        })
     }
 
-    /// The grains that are farther off than rounding takes them, at the first moment at which there are any.
-    pub fn outside(&self, own: &[Snapshot], theirs: &[Snapshot]) -> Vec<usize> {
-        let dt = self.case.model.dt;
+    /// The grains whose motion is farther off than rounding takes it, at the first moment at which there are any, with the step.
+    pub fn outside(&self, own: &[Snapshot], theirs: &[Snapshot]) -> (Vec<usize>, u64) {
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
+            let apart = Apart::new(their, own, &self.case);
             let mut outside = Vec::new();
-            for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
-                let most = FACTOR * reach[index][SHARES.len() - 1];
-                let apart = quantity.apart(their, own, dt);
+            for (reach, apart) in reach.iter().zip(&apart.numbers).take(MOTION) {
+                let most = FACTOR * reach[SHARES.len() - 1];
                 let far = |id: &usize| apart[*id].is_nan() || apart[*id] > most;
                 outside.extend((0..apart.len()).filter(far));
             }
             outside.sort_unstable();
             outside.dedup();
-            if own.step > 0 && !outside.is_empty() {
-                return outside;
+            if !outside.is_empty() {
+                return (outside, own.step);
             }
         }
-        Vec::new()
+        (Vec::new(), 0)
+    }
+
+    /// What is wrong with contact tables, at the first moment at which they are off and the motion is not.
+    pub fn tables_in_words(&self, theirs: &[Snapshot]) -> Option<String> {
+        for ((reach, their), own) in self.reach.iter().zip(theirs).zip(&self.own) {
+            let summary = Apart::new(their, own, &self.case).summary();
+            let ratios: Vec<f64> = (0..ALL).map(|of| ratio(&summary[of], &reach[of])).collect();
+            let off = |of: &[f64]| of.iter().any(|ratio| *ratio > FACTOR);
+            if off(&ratios[MOTION..]) && !off(&ratios[..MOTION]) {
+                let said = contacts::in_words(&their.contacts, &own.contacts);
+                return Some(format!("after {} steps {said}", own.step));
+            }
+        }
+        None
     }
 
     /// The smallest fault in this constant, relative, with which the native engine would have left the replicas: from one run
-    /// with a small fault, to which the distances are proportional, and confirmed by a run with the fault that was found.
+    /// with a small fault, to which the distances are proportional, and confirmed by a run with the fault that was found. None
+    /// where the constant changes nothing.
     pub fn detection_limit(&self, constant: Constant) -> Result<Option<f64>, NativeError> {
-        let Some(case) = with_larger(&self.case, constant, PROBE) else {
+        if !constant.is_in(&self.case) {
             return Ok(None);
-        };
-        let Some(far) = self.farthest(&run_case(&case, None)?) else {
+        }
+        let Some(far) = self.faulty(constant, PROBE)?.filter(|far| far.ratio > 0.0) else {
             return Ok(None);
         };
         let mut limit = PROBE * FACTOR / far.ratio;
         // Rounding adds to the distances and now and then takes from them.
         for _ in 0..4 {
             limit *= 1.5;
-            let case = with_larger(&self.case, constant, limit).unwrap_or(case.clone());
-            let far = self.farthest(&run_case(&case, None)?);
-            if far.is_some_and(|far| !far.is_rounding()) {
-                return Ok(Some(limit));
+            if limit > 1.0
+                || self
+                    .faulty(constant, limit)?
+                    .is_some_and(|far| !far.is_rounding())
+            {
+                break;
             }
         }
-        Ok(None)
+        Ok(Some(limit))
+    }
+
+    /// How far the native engine is off with this constant larger by so much.
+    fn faulty(&self, constant: Constant, larger: f64) -> Result<Option<Farthest>, NativeError> {
+        match with_larger(&self.case, constant, larger) {
+            Some(case) => Ok(self.farthest(&run_case(&case, None)?)),
+            // Of walls or punch alone no model has it.
+            None => {
+                let variant = Variant::default().and(constant, larger);
+                Ok(self.changed(&variant, STEPS_WRITTEN_OUT))
+            }
+        }
+    }
+
+    /// How far the step written out is off with this variant, within so many steps.
+    pub fn changed(&self, variant: &Variant, steps: u64) -> Option<Farthest> {
+        let case = until(&self.case, steps);
+        let count = case.moments.len().min(self.own.len());
+        self.farthest_from(&self.own[..count], &variant::run(&case, variant))
+    }
+}
+
+/// The step written out is slow, and a few of them tell enough.
+pub const STEPS_WRITTEN_OUT: u64 = 10;
+
+/// The farthest of the shares over what replicas reach; what is not a number is as far off as can be.
+fn ratio(apart: &[f64; SHARES.len()], reach: &[f64; SHARES.len()]) -> f64 {
+    let ratios = apart.iter().zip(reach).map(|(apart, reach)| match apart {
+        0.0 => 0.0,
+        _ => apart / reach,
+    });
+    let ratios = ratios.map(|of| if of.is_nan() { f64::INFINITY } else { of });
+    ratios.fold(0.0, f64::max)
+}
+
+fn is_coarse(noise: Noise) -> bool {
+    noise.position.max(noise.velocity).max(noise.overlap) > COARSE
+}
+
+/// How many replicas an envelope has.
+pub fn replicas(noise: Noise) -> usize {
+    let count = if is_coarse(noise) {
+        3 * REPLICAS
+    } else {
+        REPLICAS
+    };
+    count as usize
+}
+
+/// The noise of one of them.
+pub fn of_replica(noise: Noise, replica: usize) -> Noise {
+    Noise {
+        replica: replica as u64,
+        ..noise
     }
 }
 
 /// A fault that is large against rounding and small against everything else.
 const PROBE: f64 = 1.0e-7;
 
-/// The case with a constant that is larger by so much, relative; none where it plays no part or is of walls or punch alone.
+/// The case with a constant that is larger by so much, relative; none where it is of walls or punch alone.
 fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
-    if !constant.is_in(case) {
-        return None;
-    }
     let factor = 1.0 + larger;
     let mut faulty = case.clone();
     let (model, bodies) = (&mut faulty.model, &mut faulty.bodies);
@@ -277,12 +423,20 @@ fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
         Constant::PunchSpeed => faulty.punch.iter_mut().for_each(|of| of.velocity *= factor),
         Constant::ShearStiffness => model.law.stiffness_ratio *= factor,
         Constant::Friction => {
-            model.law.friction_angle = (model.law.friction_angle.tan() * factor).atan();
+            let law = &mut model.law;
+            let others = [&mut law.wall_friction_angle, &mut law.punch_friction_angle];
+            let angles = others
+                .into_iter()
+                .flatten()
+                .chain([&mut law.friction_angle]);
+            angles.for_each(|angle| *angle = (angle.tan() * factor).atan());
         }
         Constant::Dashpot => {
-            if let Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity {
-                *c_n *= factor;
-            }
+            let Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity else {
+                // A restitution gives each pair a dashpot of its own.
+                return None;
+            };
+            *c_n *= factor;
         }
         Constant::Damping => model.alpha *= factor,
         Constant::GravityAcross => model.gravity[0] += larger * model.gravity[1].abs(),
@@ -345,6 +499,12 @@ impl Resolution {
         }
     }
 
+    /// Whether it does not notice the largest of the changes, which single precision does: nothing can be told of it.
+    pub fn is_too_coarse(&self) -> bool {
+        let coarsest = self.position.max(self.velocity).max(self.overlap);
+        coarsest > SMALLEST * RATIO.powi(CHANGES - 1)
+    }
+
     /// Whether all numbers are those of double precision, as far as it can be told.
     pub fn is_double(&self) -> bool {
         let coarsest = self.position.max(self.velocity).max(self.overlap);
@@ -354,6 +514,7 @@ impl Resolution {
     pub fn name(&self) -> &'static str {
         match self.is_double() {
             true => "double precision",
+            false if self.is_too_coarse() => "less than single precision",
             false => "single precision",
         }
     }

@@ -3,7 +3,7 @@
 
 use grains::scene::{SlipVelocity, Viscosity};
 use grains::task::Case;
-use grains::variant::Form;
+use grains::variant::{Form, Key};
 
 /// Shares of a whole kick that the first one may be.
 const FIRST_KICKS: [f64; 3] = [0.5, 1.5, 0.0];
@@ -12,7 +12,11 @@ const FIRST_KICKS: [f64; 3] = [0.5, 1.5, 0.0];
 /// [`lost_contacts`](crate::constants::Search::lost_contacts).
 pub fn candidates(case: &Case) -> Vec<Form> {
     let law = &case.model.law;
-    let mut forms: Vec<Form> = FIRST_KICKS.map(Form::FirstKick).to_vec();
+    let unread = Key::ALL
+        .into_iter()
+        .filter(|key| key.unread(case).is_some());
+    let mut forms: Vec<Form> = unread.map(Form::Unread).collect();
+    forms.extend(FIRST_KICKS.map(Form::FirstKick));
     forms.extend([Form::MovedBeforeKick, Form::MovedInMiddleOfKick]);
     if case.model.alpha != 0.0 {
         forms.extend([
@@ -152,6 +156,7 @@ pub fn in_words(form: Form) -> String {
         Form::SpinsKept => "spins do not change".into(),
         Form::SlipOfCentres => "the slip leaves the spins out".into(),
         Form::NoTorqueOfFlatBodies => "walls and punch do not turn grains".into(),
+        Form::Unread(key) => format!("{} is not read: the paper's value takes its place", key.name()),
         Form::OtherClipping => "dashpots pull where they must not, or do not where they may: law.contact.viscosity.tension".into(),
     }
 }

@@ -1,22 +1,24 @@
 //! The verdict on an engine's first steps: how coarsely it computes, whether it stays among the replicas, which faults would have
 //! been seen, and what is wrong if it does not.
 
-use std::collections::{BTreeSet, HashSet};
-use std::sync::OnceLock;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use evidence::in_parallel;
-use grains::model::Wall;
-use grains::native::NativeError;
-use grains::tables::Snapshot;
-use grains::task::Case;
+use grains::model::{Model, Wall};
+use grains::native::{self, NativeError, Noise};
+use grains::scene::Scene;
+use grains::tables::{Bodies, Snapshot};
+use grains::task::{Case, Observer, Task, Until};
 use grains::variant::{self, Constant, Form, Variant};
 use serde::Serialize;
 
-use crate::Engine;
-use crate::constants::{Fit, Fitted, Observed, Search, until};
-use crate::envelope::{Envelope, Farthest, Resolution};
+use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
+use crate::envelope::{self, Envelope, Farthest, Resolution};
+use crate::exercise::{self, Count};
 use crate::forms;
-use crate::starts::{Bed, LawKind, Start};
+use crate::starts::{Bed, State};
+use crate::{Answer, Engine};
 
 /// What an engine is, compared with the native one; the first that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -49,18 +51,23 @@ impl Verdict {
 /// One start under one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OfStart {
-    pub law: LawKind,
-    pub start: Start,
+    pub law: String,
+    pub start: String,
+    /// For identifiers.
+    #[serde(skip)]
+    pub key: String,
     pub verdict: Verdict,
     pub skipped: Option<String>,
     pub farthest: Option<Farthest>,
+    /// What is wrong with its contact tables, where they are off before the motion is.
+    pub tables: Option<String>,
 }
 
 /// A state that the engine was not asked for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NotAsked {
-    pub law: LawKind,
-    pub start: Start,
+    pub law: String,
+    pub start: String,
     /// What the engine says it has not.
     pub lacking: String,
 }
@@ -70,15 +77,15 @@ pub struct NotAsked {
 pub struct Limit {
     pub constant: &'static str,
     pub smallest: f64,
-    pub law: LawKind,
-    pub start: Start,
+    pub law: String,
+    pub start: String,
 }
 
 /// What is wrong, as far as it was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
     /// Under this law it was found.
-    pub law: LawKind,
+    pub law: String,
     /// The native engine with these constants and forms comes nearest.
     #[serde(skip)]
     pub variant: Variant,
@@ -96,7 +103,9 @@ pub struct Cause {
     /// Grains that are farther off than rounding takes them, at the first moment at which there are any, though the constants
     /// and forms are taken into account.
     pub left: Vec<usize>,
-    pub left_in: Start,
+    pub left_in: String,
+    /// What those grains touch.
+    pub left_at: String,
     /// The state, as it is handed to engines.
     #[serde(skip)]
     pub state: Option<Snapshot>,
@@ -148,41 +157,21 @@ impl Cause {
                 look_at.push(place);
             }
         }
-        let mut said = String::new();
-        if !with.is_empty() {
-            let is = if self.explained {
-                "equal to rounding"
-            } else {
-                "nearest"
-            };
-            let (with, look_at) = (with.join(", "), look_at.join(", "));
-            said = format!("{is} with {with}; look at {look_at}");
+        let forms = self.forms.iter().map(|form| forms::in_words(*form));
+        let forms = forms.collect::<Vec<_>>().join(". And ");
+        if !self.explained {
+            return self.what_is_left(&forms);
         }
-        for form in &self.forms {
-            let joint = if said.is_empty() { "" } else { ". And " };
-            said = format!("{said}{joint}{}", forms::in_words(*form));
-        }
+        let (with, look_at) = (with.join(", "), look_at.join(", "));
+        let mut said = match with.is_empty() {
+            true => forms,
+            false => {
+                let and = if forms.is_empty() { "" } else { ". And " };
+                format!("equal to rounding with {with}; look at {look_at}{and}{forms}")
+            }
+        };
         for form in &self.also {
             said = format!("{said}. Or: {}", forms::in_words(*form));
-        }
-        if said.is_empty() {
-            said =
-                "no constant and no form of a term that this program knows explains it".to_owned();
-        }
-        if !self.explained {
-            let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
-            let (of_grains, state) = (some.join(", "), self.left_in.name());
-            said = match self.left.len() {
-                0 => format!("{said}. That is not all: it parts from this later, in {state}"),
-                1..=3 => format!(
-                    "{said}. In {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts"
-                ),
-                count => format!(
-                    "{said}. That is not all: in {state} {count} grains are still farther off than rounding takes them \
-                     ({of_grains}{})",
-                    if count > 8 { ", …" } else { "" }
-                ),
-            };
         }
         let tied: Vec<&str> = self.tied.iter().map(|of| of.symbol()).collect();
         if !tied.is_empty() {
@@ -191,6 +180,35 @@ impl Cause {
             said = format!("{said}. Its first steps do not tell {tied} {why}");
         }
         format!("{said}.")
+    }
+
+    /// Where it differs, and behind it the nearest fit as a hint, without digits that it does not have.
+    fn what_is_left(&self, forms: &str) -> String {
+        let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
+        let (of_grains, state, at) = (some.join(", "), &self.left_in, &self.left_at);
+        let more = if self.left.len() > 8 { ", …" } else { "" };
+        let left = match self.left.len() {
+            0 => format!("it parts from the model in {state}"),
+            1..=3 => format!(
+                "in {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts"
+            ),
+            count => format!(
+                "in {state} {count} grains are farther off than rounding takes them ({of_grains}{more}): {at}"
+            ),
+        };
+        let hint =
+            |of: &Fitted| format!("{} larger by about {:.0e}", of.constant.symbol(), of.larger);
+        let mut hints: Vec<String> = self.constants.iter().map(hint).collect();
+        hints.extend((!forms.is_empty()).then(|| forms.to_owned()));
+        match hints.is_empty() {
+            true => format!(
+                "{left}. No constant and no form of a term that this program knows explains it."
+            ),
+            false => format!(
+                "{left}. Nearest, though it does not explain it: {}.",
+                hints.join(", ")
+            ),
+        }
     }
 }
 
@@ -225,13 +243,52 @@ pub struct Judgement {
     pub not_asked: Vec<NotAsked>,
     /// What would have been seen, the smallest first.
     pub limits: Vec<Limit>,
+    /// What touched and slid in the states that were looked at.
+    pub counts: Vec<Count>,
+    /// Constants and keys that change nothing in any of these states, so that nothing is known of them.
+    pub unseen: Vec<String>,
     /// For each law that shows something else than the ones before.
     pub causes: Vec<Cause>,
 }
 
 impl Judgement {
-    /// Of all states: different if one is, undecided if one was not looked at.
+    /// Of all states: different if one is, undecided if one was not looked at or the evidence is too thin.
     pub fn verdict(&self) -> Verdict {
+        match self.of_states() {
+            Verdict::EqualToRounding | Verdict::Identical if self.open().is_some() => {
+                Verdict::Undecided
+            }
+            of_states => of_states,
+        }
+    }
+
+    /// Why states that agree are too little evidence.
+    pub fn open(&self) -> Option<String> {
+        let short = self.counts.iter().filter(|of| !of.is_enough());
+        let short: Vec<String> = short
+            .map(|of| format!("{} {}", of.found, of.what))
+            .collect();
+        let coarse = self.limits.last().filter(|of| of.smallest > LARGEST_LIMIT);
+        let identical = self.of_states() == Verdict::Identical;
+        match coarse {
+            _ if !short.is_empty() => {
+                Some(format!("nothing has touched yet: {}", short.join(", ")))
+            }
+            _ if identical => None,
+            _ if self.resolution.is_too_coarse() => Some(format!(
+                "it takes no notice of changes of its start that single precision notices ({:.0e} m in places, {:.0e} m in overlaps, \
+                 {:.0e} of a velocity), so a fault of that size could not be seen",
+                self.resolution.position, self.resolution.overlap, self.resolution.velocity
+            )),
+            Some(of) => Some(format!(
+                "{} could be wrong by {:.0e} and would not be seen",
+                of.constant, of.smallest
+            )),
+            None => None,
+        }
+    }
+
+    fn of_states(&self) -> Verdict {
         let has = |verdict| self.starts.iter().any(|of| of.verdict == verdict);
         let order = [
             Verdict::Different,
@@ -249,10 +306,16 @@ impl Judgement {
     }
 }
 
+fn of_motion(of: &Option<Farthest>) -> f64 {
+    of.as_ref().map_or(0.0, |of| of.of_motion)
+}
+
 fn ratio(of: &Option<Farthest>) -> f64 {
     of.as_ref().map_or(0.0, |of| of.ratio)
 }
 
+/// Where a constant could be wrong by more than this share unseen, nothing agrees.
+const LARGEST_LIMIT: f64 = 1.0e-3;
 /// A cause is held against the first so many steps, or more where the engine parts from the native one later.
 const EXPLAINED_UNTIL: u64 = 10;
 /// So many of the best forms are fitted in full.
@@ -260,20 +323,130 @@ const TRIED: usize = 3;
 /// Under one law at most so many terms are looked for in another form at once.
 const MOST_FORMS: usize = 3;
 
+/// A few hundred steps of a scene's run, that an engine is asked for as it is for the whole: with its stages, its punch and
+/// its count of steps, none of which a case has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Excerpt {
+    /// In words, and for identifiers.
+    pub start: String,
+    pub key: String,
+    pub scene: Scene,
+    pub task: Task,
+}
+
+/// The steps of an excerpt, and at which multiples it is looked at.
+pub const STEPS_OF_EXCERPT: u64 = 300;
+pub const EXCERPT_EVERY: u64 = 25;
+
+#[derive(Default)]
+struct Seen(Vec<Snapshot>);
+
+impl Observer for Seen {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        self.0.push(snapshot.clone());
+    }
+}
+
+impl Excerpt {
+    /// From this start on.
+    pub fn new(start: &str, key: &str, scene: &Scene, from: grains::task::Start) -> Self {
+        let mut scene = scene.clone();
+        scene.measurement.history_every = EXCERPT_EVERY;
+        let until = Until::Step(from.step + STEPS_OF_EXCERPT);
+        Excerpt {
+            start: start.to_owned(),
+            key: key.to_owned(),
+            scene,
+            task: Task { start: from, until },
+        }
+    }
+
+    /// That the engine lacks this.
+    pub fn not_asked(&self, lacking: String) -> NotAsked {
+        NotAsked {
+            law: AS_A_SCENE.to_owned(),
+            start: self.start.clone(),
+            lacking,
+        }
+    }
+
+    fn native(&self, noise: Option<Noise>) -> Result<Vec<Snapshot>, NativeError> {
+        let mut seen = Seen::default();
+        let options = native::Options {
+            noise,
+            ..native::Options::default()
+        };
+        native::run(&self.scene, &self.task, &options, &mut seen)?;
+        Ok(seen.0)
+    }
+
+    /// Holds a run of it against replicas of the native one.
+    pub fn judge(&self, answer: Answer, resolution: Resolution) -> Result<OfStart, NativeError> {
+        let mut judged = OfStart {
+            law: AS_A_SCENE.to_owned(),
+            start: self.start.clone(),
+            key: self.key.clone(),
+            verdict: Verdict::Undecided,
+            skipped: None,
+            farthest: None,
+            tables: None,
+        };
+        let theirs = match answer {
+            Ok(theirs) => theirs,
+            Err(reason) => {
+                judged.skipped = Some(reason);
+                return Ok(judged);
+            }
+        };
+        let (own, noise) = (self.native(None)?, resolution.noise());
+        let runs = in_parallel(envelope::replicas(noise), |replica| {
+            self.native(Some(envelope::of_replica(noise, replica)))
+        });
+        let runs: Result<Vec<_>, _> = runs.into_iter().collect();
+        let stage = self.task.start.stage;
+        let case = Case {
+            name: self.start.clone(),
+            model: Model::in_stage(&self.scene, stage),
+            bodies: own
+                .first()
+                .map_or_else(Bodies::default, |of| of.bodies.clone()),
+            punch: None,
+            moments: Vec::new(),
+        };
+        let envelope = Envelope::of(case, own, &runs?, noise);
+        judged.farthest = envelope.farthest(&theirs);
+        judged.verdict = verdict(&judged.farthest, &theirs, &envelope.own);
+        judged.tables = envelope.tables_in_words(&theirs);
+        if judged.farthest.is_none() {
+            judged.skipped = Some(OTHER_MOMENTS.to_owned());
+        }
+        Ok(judged)
+    }
+}
+
+const AS_A_SCENE: &str = "as a scene";
+const OTHER_MOMENTS: &str = "it wrote other moments than were asked for";
+
+fn verdict(farthest: &Option<Farthest>, theirs: &[Snapshot], own: &[Snapshot]) -> Verdict {
+    // By their bits: == takes −0 for 0.
+    let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
+    match farthest {
+        None => Verdict::Different,
+        Some(_) if theirs.iter().zip(own).all(same) => Verdict::Identical,
+        Some(far) if far.is_rounding() => Verdict::EqualToRounding,
+        Some(_) => Verdict::Different,
+    }
+}
+
 /// The native engine's side of a judgement: made once, for any number of engines.
 #[derive(Debug, Clone)]
 pub struct Reference {
     states: Vec<State>,
-}
-
-/// A start under a law.
-#[derive(Debug, Clone)]
-struct State {
-    law: LawKind,
-    start: Start,
-    case: Case,
+    pub excerpts: Vec<Excerpt>,
     /// For engines in double precision, made when the first engine has answered the case.
-    double: OnceLock<Native>,
+    double: Vec<OnceLock<Native>>,
+    /// What none of them shows, of the states that an engine was asked for.
+    unseen: Arc<Mutex<BTreeMap<Vec<usize>, Vec<&'static str>>>>,
 }
 
 /// What is known of one case.
@@ -293,19 +466,12 @@ struct Answered<'a> {
 }
 
 impl Answered<'_> {
-    fn is_rounding(&self) -> bool {
-        self.farthest.as_ref().is_some_and(Farthest::is_rounding)
+    fn moves_right(&self) -> bool {
+        self.farthest.as_ref().is_some_and(Farthest::moves_right)
     }
 
     fn verdict(&self) -> Verdict {
-        // By their bits: == takes −0 for 0.
-        let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
-        match self.theirs.iter().zip(&self.native.envelope.own).all(same) {
-            _ if self.farthest.is_none() => Verdict::Different,
-            true => Verdict::Identical,
-            false if self.is_rounding() => Verdict::EqualToRounding,
-            false => Verdict::Different,
-        }
+        verdict(&self.farthest, &self.theirs, &self.native.envelope.own)
     }
 }
 
@@ -332,18 +498,17 @@ impl Reference {
     ) -> Result<Self, NativeError> {
         progress("pouring a bed");
         let bed = Bed::new(grains, dispersion)?;
-        let states = LawKind::ALL.into_iter().flat_map(|law| {
-            let of = bed.cases(law).into_iter();
-            of.map(move |(start, case)| State {
-                law,
-                start,
-                case,
-                double: OnceLock::new(),
-            })
-        });
-        Ok(Reference {
-            states: states.collect(),
-        })
+        Ok(Reference::of(bed.states(), bed.excerpts()))
+    }
+
+    /// Of these states and excerpts of scenes.
+    pub fn of(states: Vec<State>, excerpts: Vec<Excerpt>) -> Self {
+        Reference {
+            excerpts,
+            double: states.iter().map(|_| OnceLock::new()).collect(),
+            states,
+            unseen: Arc::default(),
+        }
     }
 
     /// Judges an engine; `lacks` says what it has not that a case asks for, and such a case is not handed to it.
@@ -354,33 +519,31 @@ impl Reference {
         progress: &mut dyn FnMut(&str),
     ) -> Result<Judgement, E> {
         let (mut states, mut not_asked) = (Vec::new(), Vec::new());
-        for of in &self.states {
+        for (index, of) in self.states.iter().enumerate() {
             match lacks(&of.case) {
                 Some(lacking) => not_asked.push(NotAsked {
-                    law: of.law,
-                    start: of.start,
+                    law: of.law.clone(),
+                    start: of.start.clone(),
                     lacking,
                 }),
-                None => states.push(of),
+                None => states.push((index, of)),
             }
         }
-        // The punch is large, so that numbers that are small differences of its own are coarser there.
-        let is_probed = |of: &&State| {
-            of.law == LawKind::Springs && [Start::Pouring, Start::UnderPunch].contains(&of.start)
-        };
-        let cases: Vec<&Case> = states.iter().map(|of| &of.case).collect();
-        let probed = states.iter().copied().filter(is_probed);
-        let probed: Vec<&Case> = probed.map(|of| &of.case).collect();
+        let cases: Vec<&Case> = states.iter().map(|(_, of)| &of.case).collect();
+        let probed = states.iter().filter(|(_, of)| of.probed);
+        let probed: Vec<&Case> = probed.map(|(_, of)| &of.case).collect();
         let probes: Vec<Vec<Case>> = probed.iter().map(|case| Resolution::cases(case)).collect();
         progress("the engine runs");
         let asked: Vec<&Case> = probes.iter().flatten().chain(cases).collect();
         let mut of_cases = engine(&asked)?;
         let mut judgement = Judgement {
-            grains: states.first().map_or(0, |of| of.case.bodies.len()),
+            grains: states.first().map_or(0, |(_, of)| of.case.bodies.len()),
             resolution: Resolution::DOUBLE,
             starts: Vec::new(),
             not_asked,
             limits: Vec::new(),
+            counts: Vec::new(),
+            unseen: Vec::new(),
             causes: Vec::new(),
         };
         let mut resolution = Resolution::DOUBLE;
@@ -391,13 +554,16 @@ impl Reference {
             resolution = measured.map_or(resolution, |of| resolution.coarser(of));
         }
         let mut all = Vec::with_capacity(states.len());
-        for (of, answer) in states.into_iter().zip(of_cases) {
+        let mut looked_at = Vec::new();
+        for ((index, of), answer) in states.into_iter().zip(of_cases) {
             let mut judged = OfStart {
-                law: of.law,
-                start: of.start,
+                law: of.law.clone(),
+                start: of.start.clone(),
+                key: of.key.clone(),
                 verdict: Verdict::Undecided,
                 skipped: None,
                 farthest: None,
+                tables: None,
             };
             match answer {
                 // Nothing need be known of it.
@@ -405,12 +571,14 @@ impl Reference {
                 Ok(theirs) => {
                     progress(&format!("replicas: {}", of.case.name));
                     let is_double = resolution == Resolution::DOUBLE;
-                    let native = match of.double.get() {
+                    looked_at.push(index);
+                    let double = &self.double[index];
+                    let native = match double.get() {
                         Some(native) if is_double => native.clone(),
                         _ => Native::new(&of.case, resolution)?,
                     };
                     if is_double {
-                        of.double.get_or_init(|| native.clone());
+                        double.get_or_init(|| native.clone());
                     }
                     let answered = Answered {
                         asked: of,
@@ -420,8 +588,9 @@ impl Reference {
                     };
                     judged.verdict = answered.verdict();
                     judged.farthest = answered.farthest.clone();
-                    let why = "it wrote other moments than were asked for";
-                    judged.skipped = judged.farthest.is_none().then(|| why.to_owned());
+                    judged.tables = answered.native.envelope.tables_in_words(&answered.theirs);
+                    let is_other = judged.farthest.is_none();
+                    judged.skipped = is_other.then(|| OTHER_MOMENTS.to_owned());
                     all.push(answered);
                 }
             }
@@ -429,10 +598,48 @@ impl Reference {
         }
         judgement.limits = limits(&all);
         judgement.resolution = resolution;
+        let runs = all
+            .iter()
+            .map(|of| (&of.asked.case, &of.native.envelope.own[..]));
+        judgement.counts = exercise::counts(runs);
+        if judgement.of_states() != Verdict::Different {
+            progress("what would not have been seen");
+            judgement.unseen = self.unseen(looked_at, &all);
+        }
         if judgement.verdict() == Verdict::Different {
             judgement.causes = causes(&all, resolution, progress);
         }
         Ok(judgement)
+    }
+}
+
+impl Reference {
+    /// Constants and keys of which these states say nothing.
+    fn unseen(&self, looked_at: Vec<usize>, all: &[Answered]) -> Vec<String> {
+        let known = self
+            .unseen
+            .lock()
+            .ok()
+            .and_then(|of| of.get(&looked_at).cloned());
+        let keys = known.unwrap_or_else(|| {
+            let envelopes: Vec<&Envelope> = all.iter().map(|of| &of.native.envelope).collect();
+            let keys = exercise::unseen(&envelopes);
+            if let Ok(mut of) = self.unseen.lock() {
+                of.insert(looked_at, keys.clone());
+            }
+            keys
+        });
+        let limits = || all.iter().flat_map(|of| &of.native.limits);
+        let constants = Constant::all().into_iter().filter(|constant| {
+            let mut states = all.iter();
+            states.any(|of| constant.is_in(&of.asked.case)) && !limits().any(|of| of.0 == *constant)
+        });
+        let constants: Vec<&str> = constants.map(Constant::symbol).collect();
+        constants
+            .into_iter()
+            .chain(keys)
+            .map(str::to_owned)
+            .collect()
     }
 }
 
@@ -443,8 +650,8 @@ fn limits(all: &[Answered]) -> Vec<Limit> {
         let limit = |(constant, smallest): &(Constant, f64)| Limit {
             constant: constant.symbol(),
             smallest: *smallest,
-            law: answered.asked.law,
-            start: answered.asked.start,
+            law: answered.asked.law.clone(),
+            start: answered.asked.start.clone(),
         };
         limits.extend(answered.native.limits.iter().map(limit));
     }
@@ -461,14 +668,13 @@ fn causes(all: &[Answered], resolution: Resolution, progress: &mut dyn FnMut(&st
     let mut known = Variant::default();
     let mut fitted: Vec<Constant> = Vec::new();
     let mut judged: Vec<Form> = Vec::new();
-    for law in LawKind::ALL {
+    let mut laws: Vec<&str> = all.iter().map(|of| of.asked.law.as_str()).collect();
+    laws.dedup();
+    for law in laws {
         let ruled_out = judged.clone();
         let of_law = all.iter().filter(|of| of.asked.law == law);
         let of_law: Vec<&Answered> = of_law.collect();
-        if of_law.is_empty() {
-            continue;
-        }
-        progress(&format!("what is wrong: {}", law.name()));
+        progress(&format!("what is wrong: {law}"));
         let farthest = of_law.iter().filter_map(|of| of.farthest.as_ref());
         let left_after = farthest.filter_map(|of| of.left_after);
         let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
@@ -531,7 +737,7 @@ impl Tried<'_> {
 
     fn is_explained(&self, variant: &Variant) -> bool {
         let mut farthest = self.farthest(variant).into_iter();
-        farthest.all(|of| of.is_some_and(|of| of.is_rounding()))
+        farthest.all(|of| of.is_some_and(|of| of.moves_right()))
     }
 
     /// The constants that play a part under this law and did not under those before.
@@ -547,16 +753,15 @@ impl Tried<'_> {
     /// `more` forms may be taken besides the best one, if all together explain the law.
     fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
         // States in which nothing differs have nothing to say.
-        let differing = self.of_law.iter().filter(|of| !of.is_rounding());
+        let differing = self.of_law.iter().filter(|of| !of.moves_right());
         let observed = differing.map(|of| (&of.asked.case, &of.theirs[..]));
         let observed: Vec<Observed<'_>> = observed.collect();
-        let free = self.free(fitted);
-        let search = Search::new(&observed, self.resolution, self.until);
-        let full = search.fit(known, &free);
-        let constants_alone = search.pruned(known, &full);
-        if self.is_explained(&constants_alone.variant) {
-            return self.cause(constants_alone, true, Vec::new());
-        }
+        let with = |form: Form| {
+            let mut variant = known.clone();
+            variant.forms.push(form);
+            variant
+        };
+        // A key that is not read explains all by itself, and better than numbers do.
         let mut forms: Vec<Form> = Vec::new();
         let candidates = observed.iter().map(|(case, _)| forms::candidates(case));
         for form in candidates.flatten() {
@@ -565,11 +770,17 @@ impl Tried<'_> {
                 forms.push(form);
             }
         }
-        let with = |form: Form| {
-            let mut variant = known.clone();
-            variant.forms.push(form);
-            variant
-        };
+        let mut unread = forms.iter().filter(|form| matches!(form, Form::Unread(_)));
+        if let Some(form) = unread.find(|form| self.is_explained(&with(**form))) {
+            return self.cause(Fit::known(with(*form)), true, Vec::new());
+        }
+        let free = self.free(fitted);
+        let search = Search::new(&observed, self.resolution, self.until);
+        let full = search.fit(known, &free);
+        let constants_alone = search.pruned(known, &full);
+        if self.is_explained(&constants_alone.variant) {
+            return self.cause(constants_alone, true, Vec::new());
+        }
         if self.ruled_out.is_empty() {
             forms.extend(search.lost_contacts(known));
         }
@@ -612,17 +823,17 @@ impl Tried<'_> {
     fn cause(&self, fit: Fit, explained: bool, also: Vec<Form>) -> Cause {
         let farthest = self.farthest(&fit.variant);
         let worst = (0..farthest.len())
-            .max_by(|a, b| ratio(&farthest[*a]).total_cmp(&ratio(&farthest[*b])));
+            .max_by(|a, b| of_motion(&farthest[*a]).total_cmp(&of_motion(&farthest[*b])));
         let of = self.of_law[worst.unwrap_or(0)];
-        let left = if explained {
-            Vec::new()
-        } else {
+        let (mut left, mut left_at) = (Vec::new(), String::new());
+        if !explained {
             let (own, theirs) = self.first_steps(of, &fit.variant);
-            let outside = of.native.envelope.outside(&own, theirs);
-            around_one(outside, own.iter().chain(theirs))
-        };
+            let (outside, step) = of.native.envelope.outside(&own, theirs);
+            left_at = what_they_touch(&of.asked.case, &outside, &own, step);
+            left = around_one(outside, own.iter().chain(theirs));
+        }
         Cause {
-            law: of.asked.law,
+            law: of.asked.law.clone(),
             constants: fit.wrong(),
             tied: fit.tied,
             forms: fit.variant.forms.clone(),
@@ -630,10 +841,41 @@ impl Tried<'_> {
             explained,
             also,
             left,
-            left_in: of.asked.start,
+            left_in: of.asked.start.clone(),
+            left_at,
             state: of.native.envelope.own.first().cloned(),
             walls: of.asked.case.model.walls.clone(),
         }
+    }
+}
+
+/// How many of these grains touch other grains alone, walls or the punch, and whether contacts of theirs slide.
+fn what_they_touch(case: &Case, left: &[usize], own: &[Snapshot], step: u64) -> String {
+    let until: Vec<Snapshot> = own.iter().filter(|of| of.step <= step).cloned().collect();
+    let situations = situations(case, &until);
+    let of_kind = |kind: usize| left.iter().filter(|id| situations[**id] == kind).count();
+    let kinds = [
+        "fly",
+        "touch grains alone",
+        "touch a wall",
+        "touch the punch",
+    ];
+    let found = kinds
+        .iter()
+        .enumerate()
+        .map(|(kind, what)| (of_kind(kind), what));
+    let found: Vec<String> = found
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    let slides = exercise::sliding(case, &until);
+    let among = left
+        .iter()
+        .filter(|id| slides.contains(&(**id as u32)))
+        .count();
+    match case.model.law.has_friction() {
+        true => format!("{}; contacts of {among} slide", found.join(", ")),
+        false => found.join(", "),
     }
 }
 

@@ -10,6 +10,8 @@
 //! | from which states does an engine start? | [`starts`] |
 //! | how coarsely does it compute? | [`envelope::Resolution`] |
 //! | does it stay among the replicas, and what would have left them? | [`envelope`] |
+//! | are its contact tables right? | `contacts` |
+//! | what do the states exercise, and what not? | [`exercise`] |
 //! | which constants are wrong? | [`constants`] |
 //! | which term has another form? | [`forms`] |
 //! | all of it in order | [`judge`] |
@@ -35,7 +37,9 @@
 //! ```
 
 pub mod constants;
+mod contacts;
 pub mod envelope;
+pub mod exercise;
 pub mod forms;
 pub mod judge;
 pub mod starts;

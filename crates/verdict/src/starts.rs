@@ -1,16 +1,19 @@
-//! The states that an engine starts from when it is judged: one bed of the paper's grains at four times of its life, under
-//! three contact laws. They are cases of at most a hundred steps: rounding has not grown yet, every mistake shows already.
+//! The states that an engine starts from when it is judged: those of a user's scene, or one bed of the paper's grains at four
+//! times of its life under four contact laws, and again with other constants and choices, so that a key that is not read shows.
+//! They are cases of at most a hundred steps: rounding has not grown yet, every mistake shows already.
 
-use grains::generate::initial_bodies;
-use grains::model::{Law, Model};
+use grains::generate::{can_turn, initial_bodies};
+use grains::model::{Axis, Law, Model, Wall};
 use grains::native::{self, NativeError, first_contact_punch};
 use grains::scene::{
-    Cloud, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity,
-    paper_scene,
+    Cloud, Damping, Material, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms,
+    Viscosity, paper_scene,
 };
-use grains::tables::{Bodies, BodyIds, Punch, Snapshot};
+use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
 use grains::task::{Case, Task};
 use serde::Serialize;
+
+use crate::judge::Excerpt;
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
 pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];
@@ -63,14 +66,26 @@ pub enum LawKind {
     Dashpots,
     /// Both friction and dashpots.
     FrictionAndDashpots,
+    /// Springs with no constant of the paper's: gravity, α, Δt, E, walls, masses and punch are others.
+    OtherSprings,
+    /// Friction of grains, walls and punch apart, with slip and arms at the contact point.
+    OtherFriction,
+    /// Friction of grains that do not turn.
+    WithoutRotation,
+    /// Friction and dashpots that pull, new contacts given the slip since they touched.
+    OtherDashpots,
 }
 
 impl LawKind {
-    pub const ALL: [LawKind; 4] = [
+    pub const ALL: [LawKind; 8] = [
         LawKind::Springs,
         LawKind::Friction,
         LawKind::Dashpots,
         LawKind::FrictionAndDashpots,
+        LawKind::OtherSprings,
+        LawKind::OtherFriction,
+        LawKind::WithoutRotation,
+        LawKind::OtherDashpots,
     ];
 
     pub fn name(self) -> &'static str {
@@ -79,15 +94,77 @@ impl LawKind {
             LawKind::Friction => "friction",
             LawKind::Dashpots => "dashpots",
             LawKind::FrictionAndDashpots => "friction-and-dashpots",
+            LawKind::OtherSprings => "springs-with-other-constants",
+            LawKind::OtherFriction => "friction-with-other-constants",
+            LawKind::WithoutRotation => "friction-without-rotation",
+            LawKind::OtherDashpots => "dashpots-with-other-choices",
+        }
+    }
+
+    /// Whether it stands for another value of each key.
+    fn is_other(self) -> bool {
+        use LawKind::{OtherDashpots, OtherFriction, OtherSprings, WithoutRotation};
+        [OtherSprings, OtherFriction, WithoutRotation, OtherDashpots].contains(&self)
+    }
+
+    /// Changes what the paper's scene gives to other values.
+    fn change(self, case: &mut Case) {
+        let (model, bodies) = (&mut case.model, &mut case.bodies);
+        if self == LawKind::OtherSprings {
+            model.gravity = [1.1, -3.7];
+            model.alpha = 0.35;
+            model.dt *= 0.8;
+            model.law.modulus *= 0.6;
+            let smallest = bodies.radius.iter().copied().fold(f64::MAX, f64::min);
+            for wall in &mut model.walls {
+                wall.place += 1.0e-4 * smallest;
+            }
+            model.walls.reverse();
+            // A fourth one, a hair before the right wall, so that a number of walls that is taken for granted shows.
+            let place = model.walls[1].place - 1.0e-4 * smallest;
+            model.walls.push(Wall {
+                axis: Axis::X,
+                place,
+            });
+            if let Some(punch) = &mut case.punch {
+                punch.velocity *= 0.4;
+                punch.half_extents[0] *= 0.98;
+            }
+        }
+        if [LawKind::OtherSprings, LawKind::OtherFriction].contains(&self) {
+            let masses = bodies.mass.iter_mut().enumerate();
+            masses.for_each(|(id, mass)| *mass *= 1.0 + 0.3 * (2.3 * id as f64).sin());
+            let inertias = bodies.inertia.iter_mut();
+            inertias.for_each(|inertia| *inertia *= 0.8);
         }
     }
 
     fn of(self, scene: &Scene) -> Law {
         let mut law = Model::of(scene).law;
         let has = |one| [one, LawKind::FrictionAndDashpots].contains(&self);
-        if has(LawKind::Friction) {
+        let rubs = [LawKind::WithoutRotation, LawKind::OtherDashpots];
+        if has(LawKind::Friction) || rubs.contains(&self) {
             law.friction_angle = 0.5;
             law.stiffness_ratio = 0.3;
+        }
+        match self {
+            LawKind::WithoutRotation => law.contact.rotation = Rotation::Blocked,
+            LawKind::OtherFriction => {
+                law.friction_angle = 0.4;
+                law.wall_friction_angle = Some(0.2);
+                law.punch_friction_angle = Some(0.7);
+                law.stiffness_ratio = 0.6;
+                law.contact.slip_velocity = SlipVelocity::ContactPoint;
+                law.contact.torque_arms = TorqueArms::ContactPoint;
+            }
+            LawKind::OtherDashpots => {
+                law.contact.viscosity = Viscosity::Restitution {
+                    e_n: 0.7,
+                    tension: Tension::Unclipped,
+                };
+                law.contact.new_contact_slip = NewContactSlip::SinceTouch;
+            }
+            _ => {}
         }
         if has(LawKind::Dashpots) {
             let radius = 0.5 * scene.particles.mean_diameter;
@@ -124,6 +201,8 @@ const ALL_GRAINS: f64 = 5000.0;
 const SPIN: f64 = 5.0;
 /// How far the punch has sunk at least, over the mean radius; at most it is twice as far.
 const PRESSED: f64 = 6.0;
+/// An excerpt of pouring begins with this step.
+const LATER: u64 = 1000;
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
 const LOOKED_AT: u64 = 50;
 
@@ -187,17 +266,106 @@ impl Bed {
                 let inertia = scene.grain_inertia(bodies.radius[id], bodies.mass[id]);
                 bodies.inertia.push(inertia);
             }
-            let case = Case {
+            let mut case = Case {
                 name: format!("{}, {}", law.name(), start.name()),
                 model: model.clone(),
                 bodies,
                 punch: *punch,
                 moments: MOMENTS.to_vec(),
             };
+            law.change(&mut case);
             (*start, case)
         };
-        self.states.iter().map(case).collect()
+        let of_law = |(start, ..): &&(Start, Bodies, Option<Punch>)| {
+            !law.is_other() || [Start::Pouring, Start::UnderPunch].contains(start)
+        };
+        self.states.iter().filter(of_law).map(case).collect()
     }
+
+    /// Excerpts of scenes: pouring and the beginning of loading, with springs alone, then with friction and with other constants
+    /// in loading.
+    pub fn excerpts(&self) -> Vec<Excerpt> {
+        let mut rough = self.scene.clone();
+        rough.material.friction_angle = 0.5;
+        rough.material.stiffness_ratio = 0.3;
+        let mut staged = rough.clone();
+        staged.loading.material = Some(Material {
+            friction_angle: 0.2,
+            stiffness_ratio: 0.6,
+            youngs_modulus: 0.7 * staged.material.youngs_modulus,
+            ..staged.material.clone()
+        });
+        staged.loading.damping = Some(Damping::Cundall { alpha: 0.35 });
+        let excerpt = |start: Start, scene: &Scene, of: &str, key: &str| {
+            let (_, bodies, _) = self.states.iter().find(|of| of.0 == start)?;
+            let stage = match start {
+                Start::AtRest => Stage::Load,
+                _ => Stage::Settle,
+            };
+            let mut bodies = bodies.clone();
+            can_turn(scene, &mut bodies);
+            let from = grains::task::Start {
+                stage,
+                // Steps of pouring do not begin with this one.
+                step: if stage == Stage::Settle { LATER } else { 0 },
+                ..bodies.into()
+            };
+            Some(Excerpt::new(of, key, scene, from))
+        };
+        let parts = [
+            excerpt(Start::Pouring, &self.scene, "pouring", "excerpt-pouring"),
+            excerpt(
+                Start::AtRest,
+                &self.scene,
+                "the beginning of loading",
+                "excerpt-loading",
+            ),
+            excerpt(
+                Start::Pouring,
+                &rough,
+                "pouring with friction",
+                "excerpt-pouring-friction",
+            ),
+            excerpt(
+                Start::AtRest,
+                &staged,
+                "the beginning of loading with other constants",
+                "excerpt-loading-stages",
+            ),
+        ];
+        parts.into_iter().flatten().collect()
+    }
+
+    /// The states under every law.
+    pub fn states(&self) -> Vec<State> {
+        let of_law = |law: LawKind| {
+            let cases = self.cases(law).into_iter();
+            cases.map(move |(start, case)| State {
+                law: law.name().to_owned(),
+                start: start.name().to_owned(),
+                key: format!("{}-{}", law.name(), start.key()),
+                // The punch is large, so that numbers that are small differences of its own are coarser there.
+                probed: law == LawKind::Springs
+                    && [Start::Pouring, Start::UnderPunch].contains(&start),
+                case,
+            })
+        };
+        LawKind::ALL.into_iter().flat_map(of_law).collect()
+    }
+}
+
+/// A state that an engine is asked to start from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// States under one law share what is found of it.
+    pub law: String,
+    /// Which moment of a bed's life it is.
+    pub start: String,
+    /// For identifiers, one of its own.
+    pub key: String,
+    /// Whether it tells how coarsely an engine computes.
+    pub probed: bool,
+    pub case: Case,
 }
 
 /// Whether a grain touches the punch with its centre neither below it nor beside it.

@@ -94,11 +94,9 @@ fn the_step_written_out_has_the_bits_of_the_fast_one() {
 fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
     let of = of_variant(&Variant::default());
     assert_eq!(of.verdict(), Verdict::Identical);
+    assert_eq!(of.unseen, Vec::<String>::new());
+    assert!(of.counts.len() == 4 && of.counts.iter().all(|of| of.is_enough()));
     for constant in Constant::all() {
-        // Those of walls and the punch alone have no limit of their own.
-        if [Constant::WallStiffness, Constant::PunchStiffness].contains(&constant) {
-            continue;
-        }
         let limit = of.limits.iter().find(|of| of.constant == constant.symbol());
         let smallest = limit.map_or(f64::NAN, |of| of.smallest);
         assert!(smallest <= 1.0e-8, "{}: {smallest:e}", constant.symbol());
@@ -120,14 +118,14 @@ fn sums_in_another_order_are_rounding_and_forces_in_single_precision_are_said_to
         let of = judged(&mut |cases| Ok(in_parallel(cases.len(), |at| run(cases[at]))));
         assert_eq!(of.resolution.name(), precision);
         for state in &of.starts {
-            let refuses = precision.starts_with("single") && state.law != LawKind::Springs;
+            let refuses = precision.starts_with("single") && !state.law.starts_with("springs");
             let expected = match refuses {
                 true => Verdict::Undecided,
                 false => Verdict::EqualToRounding,
             };
             let found = state.verdict;
             // In the loose cloud few grains touch, and bits may stay.
-            let bits = state.start == Start::Loose && found == Verdict::Identical;
+            let bits = state.start == Start::Loose.name() && found == Verdict::Identical;
             assert!(found == expected || bits, "{precision} {state:?}");
         }
     }
@@ -140,7 +138,7 @@ fn an_engine_that_refuses_is_undecided() {
     let none = REFERENCE.judge(&|_| Some("walls".to_owned()), &mut { refuses }, &mut |_| ());
     let none: Judgement = none.unwrap_or_else(|_| panic!("the native engine failed"));
     assert_eq!(none.verdict(), Verdict::Undecided);
-    assert_eq!(none.not_asked.len(), 16);
+    assert_eq!(none.not_asked.len(), 24);
 }
 
 #[test]
@@ -179,7 +177,7 @@ fn several_wrong_constants_are_found_at_once() {
     }
     assert!(of.causes.iter().all(|of| of.explained));
     let farthest = of.farthest().and_then(|of| of.farthest.as_ref());
-    assert_eq!(farthest.and_then(|of| of.left_after), Some(1));
+    assert_eq!(farthest.and_then(|of| of.left_after), Some(0));
 }
 
 /// Springs that are all stiffer by the same share, as far as it is known, are said once.
@@ -192,7 +190,7 @@ fn one_stiffness_for_all_springs_is_one_cause() {
             error,
         };
         let cause = Cause {
-            law: LawKind::Springs,
+            law: LawKind::Springs.name().to_owned(),
             variant: Variant::default(),
             constants: vec![
                 stiffer(Constant::GrainStiffness, 0.05),
@@ -204,7 +202,8 @@ fn one_stiffness_for_all_springs_is_one_cause() {
             also: Vec::new(),
             explained: true,
             left: Vec::new(),
-            left_in: Start::Loose,
+            left_in: Start::Loose.name().to_owned(),
+            left_at: String::new(),
             state: None,
             walls: Vec::new(),
         };

@@ -293,8 +293,8 @@ impl ConformanceTable {
         let states = states.flat_map(|(row, of)| of.starts.iter().map(move |start| (row, start)));
         let states = Table::of("states", "", states)
             .column("engine", |(row, _)| &row.name)
-            .column("law", |(_, of)| of.law.name())
-            .column("state", |(_, of)| of.start.name())
+            .column("law", |(_, of)| &of.law)
+            .column("state", |(_, of)| &of.start)
             .column("verdict", |(_, of)| of.verdict.in_words())
             .column("times as far as replicas", |(_, of)| {
                 of.farthest.as_ref().map(|of| of.ratio)

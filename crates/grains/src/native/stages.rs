@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::dynamics::Dynamics;
 use super::health::{self, Trouble};
 use super::neighbours::Skin;
-use super::perturb::Perturbation;
+use super::perturb::{Noise, Perturbation, Shaker};
 use super::state::Constants;
 use super::threads::Threads;
 use super::timing::{Slowness, ThreadTime};
@@ -23,6 +23,8 @@ pub struct Options {
     pub perturbation: Option<Perturbation>,
     /// Threads for this one bed; the bits do not depend on them.
     pub threads: Threads,
+    /// Rounding errors of another engine, put in at the start and after each step.
+    pub noise: Option<Noise>,
 }
 
 /// Signals and signs of trouble are looked for every so many steps.
@@ -99,6 +101,7 @@ pub fn run(
             .perturbation
             .and_then(Perturbation::slowed)
             .map(Slowness::new),
+        noise: options.noise.map(Noise::begin),
         reports: Vec::new(),
     };
     runner.energy_limit = runner.energy_limit();
@@ -133,6 +136,7 @@ struct Runner<'a> {
     settled: Option<Snapshot>,
     /// Asked for as a fault.
     slowness: Option<Slowness>,
+    noise: Option<Shaker>,
     reports: Vec<StageReport>,
 }
 
@@ -180,11 +184,18 @@ impl Runner<'_> {
             if (self.stage, self.step) == (Stage::Load, 0) && self.scene.has_stages() {
                 self.change_constants()?;
             }
-            let steps = self.unseen(exactly);
+            if self.step == 0 {
+                self.shake();
+            }
+            let steps = match self.noise {
+                Some(_) => 1,
+                None => self.unseen(exactly),
+            };
             self.dynamics
                 .steps(steps)
                 .map_err(|(done, trouble)| self.error(self.step + done + 1, trouble))?;
             self.step += steps;
+            self.shake();
             if let Some(stop) = rule(self) {
                 if exactly.is_none() {
                     break stop;
@@ -219,6 +230,16 @@ impl Runner<'_> {
             return Err(self.error(self.step, Trouble::Interrupted));
         }
         Ok(stop)
+    }
+
+    /// Puts in the rounding errors of a replica.
+    fn shake(&mut self) {
+        let Dynamics {
+            state, constants, ..
+        } = &mut self.dynamics;
+        if let Some(noise) = &mut self.noise {
+            noise.shake(state, constants);
+        }
     }
 
     /// Steps up to the next one that somebody looks at.

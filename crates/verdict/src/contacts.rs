@@ -1,0 +1,201 @@
+//! The contact tables of two runs of one case at one moment, pair by pair: how far overlaps, forces, normals and points are apart,
+//! which contacts are missing or invented, and what a wrong table looks like.
+
+use evidence::moments::median;
+use grains::model::Wall;
+use grains::tables::{Contact, Snapshot};
+
+/// Numbers compared of a contact: overlap, normal force, tangential force, normal, point.
+pub(crate) const NUMBERS: usize = 5;
+
+/// A contact of either table with its pair in the other.
+struct Paired<'a> {
+    ids: (u32, u32),
+    their: Option<&'a Contact>,
+    own: Option<&'a Contact>,
+}
+
+/// Both tables are sorted by ids.
+fn paired<'a>(theirs: &'a [Contact], own: &'a [Contact]) -> Vec<Paired<'a>> {
+    let ids = |of: &Contact| (of.id1, of.id2);
+    let (mut theirs, mut own) = (theirs.iter().peekable(), own.iter().peekable());
+    let mut all = Vec::new();
+    loop {
+        let next = [theirs.peek(), own.peek()].map(|of| of.map(|of| ids(of)));
+        let Some(first) = next.into_iter().flatten().min() else {
+            return all;
+        };
+        all.push(Paired {
+            ids: first,
+            their: theirs.next_if(|of| ids(of) == first),
+            own: own.next_if(|of| ids(of) == first),
+        });
+    }
+}
+
+/// How far each contact is off: lengths over the radius of its grain, forces as the displacement over the radius that they give it
+/// in a step, the normal as an angle. A missing contact counts as one without overlap and force, an invented one by its overlap,
+/// its force and the gap that is there.
+pub(crate) fn apart(
+    their: &Snapshot,
+    own: &Snapshot,
+    walls: &[Wall],
+    dt: f64,
+) -> (Vec<(u32, u32)>, [Vec<f64>; NUMBERS]) {
+    let bodies = &own.bodies;
+    let gap = |of: &Contact| {
+        let at = |id: u32| Some([*bodies.x.get(id as usize)?, *bodies.z.get(id as usize)?]);
+        let radius = |id: u32| bodies.radius.get(id as usize).copied();
+        let centre = at(of.id2)?;
+        let far = match at(of.id1) {
+            Some(one) => (centre[0] - one[0]).hypot(centre[1] - one[1]) - radius(of.id1)?,
+            None => {
+                let wall = walls.get((of.id1 as usize).checked_sub(bodies.len())?)?;
+                (centre[wall.axis as usize] - wall.place).abs()
+            }
+        };
+        Some((far - radius(of.id2)?).max(0.0))
+    };
+    let mut ids = Vec::new();
+    let mut numbers: [Vec<f64>; NUMBERS] = Default::default();
+    for Paired {
+        ids: pair,
+        their,
+        own,
+    } in paired(&their.contacts, &own.contacts)
+    {
+        let grain = pair.1 as usize;
+        let (radius, mass) = (bodies.radius[grain], bodies.mass[grain]);
+        let push = dt * dt / (mass * radius);
+        let of = match (their, own) {
+            (Some(a), Some(b)) => [
+                (a.overlap - b.overlap).abs() / radius,
+                (a.normal_force - b.normal_force).abs() * push,
+                (a.tangential_force - b.tangential_force).abs() * push,
+                (a.normal[0] - b.normal[0]).hypot(a.normal[1] - b.normal[1]),
+                (a.point[0] - b.point[0]).hypot(a.point[1] - b.point[1]) / radius,
+            ],
+            (Some(one), None) | (None, Some(one)) => {
+                let gap = if own.is_none() {
+                    gap(one).unwrap_or(0.0)
+                } else {
+                    0.0
+                };
+                let [normal, tangential] = [one.normal_force, one.tangential_force];
+                let forces = [normal, tangential].map(|force| force.abs() * push);
+                [(one.overlap + gap) / radius, forces[0], forces[1], 0.0, 0.0]
+            }
+            (None, None) => continue,
+        };
+        ids.push(pair);
+        numbers
+            .iter_mut()
+            .zip(of)
+            .for_each(|(all, of)| all.push(of));
+    }
+    (ids, numbers)
+}
+
+/// A factor is told if all rows have it but for this share of it.
+const SAME: f64 = 1.0e-6;
+/// So many pairs are named at most.
+const NAMED: usize = 3;
+
+/// What is wrong with a table whose motion is right.
+pub(crate) fn in_words(theirs: &[Contact], own: &[Contact]) -> String {
+    let all = paired(theirs, own);
+    let mut said = Vec::new();
+    let mut name = |what: &str, of: Vec<(u32, u32)>| {
+        let some = of.iter().take(NAMED).map(|(a, b)| format!("{a}–{b}"));
+        let some: Vec<String> = some.collect();
+        let more = if of.len() > NAMED { ", …" } else { "" };
+        if !of.is_empty() {
+            let (count, of_all) = (of.len(), own.len());
+            said.push(format!(
+                "{count} {what}, where {of_all} touch ({}{more})",
+                some.join(", ")
+            ));
+        }
+    };
+    let without = |one: fn(&Paired<'_>) -> bool| {
+        let of = all.iter().filter(|of| one(of));
+        of.map(|of| of.ids).collect::<Vec<_>>()
+    };
+    name("contacts are missing", without(|of| of.their.is_none()));
+    name("contacts are invented", without(|of| of.own.is_none()));
+    let both = || all.iter().filter_map(|of| Some((of.their?, of.own?)));
+    type Number = fn(&Contact) -> f64;
+    let columns: [(&str, Number); 7] = [
+        ("overlap", |of| of.overlap),
+        ("fn", |of| of.normal_force),
+        ("ft", |of| of.tangential_force),
+        ("nx", |of| of.normal[0]),
+        ("nz", |of| of.normal[1]),
+        ("x", |of| of.point[0]),
+        ("z", |of| of.point[1]),
+    ];
+    for (column, number) in columns {
+        let pairs: Vec<(f64, f64)> = both().map(|(a, b)| (number(a), number(b))).collect();
+        let largest = pairs.iter().fold(0.0, |most: f64, of| most.max(of.1.abs()));
+        let is_off = |of: &&(f64, f64)| {
+            let most = SAME * of.1.abs().max(SAME * largest);
+            (of.0 - of.1).abs() > most
+        };
+        let off = pairs.iter().filter(is_off).count();
+        if off == 0 {
+            continue;
+        }
+        let ratios: Vec<f64> = pairs
+            .iter()
+            .filter(|of| of.1 != 0.0)
+            .map(|of| of.0 / of.1)
+            .collect();
+        let factor = median(&ratios).unwrap_or(f64::NAN);
+        let one = ratios
+            .iter()
+            .all(|of| (of - factor).abs() <= SAME * factor.abs().max(SAME));
+        let off_in = format!("{column} is off in {off} of {} rows", pairs.len());
+        said.push(match one && factor.is_finite() {
+            true => format!("{off_in}, × {factor:.6}"),
+            false => off_in,
+        });
+    }
+    match said.is_empty() {
+        true => "its numbers are off by more than rounding".to_owned(),
+        false => said.join("; "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_table_is_told_by_what_is_wrong_with_it() {
+        let of = |id1: u32, force: f64| Contact {
+            id1,
+            id2: 9,
+            overlap: 1.0e-6,
+            normal_force: force,
+            tangential_force: 0.0,
+            normal: [0.0, 1.0],
+            point: [0.0; 2],
+        };
+        let own = [of(1, 2.0), of(2, 3.0), of(4, 5.0)];
+        let theirs = [of(1, 3.0), of(2, 4.5), of(5, 1.0)];
+        let said = in_words(&theirs, &own);
+        assert!(
+            said.contains("1 contacts are missing, where 3 touch (4–9)"),
+            "{said}"
+        );
+        assert!(
+            said.contains("1 contacts are invented, where 3 touch (5–9)"),
+            "{said}"
+        );
+        assert!(
+            said.contains("fn is off in 2 of 2 rows, × 1.500000"),
+            "{said}"
+        );
+        assert!(!said.contains("overlap is off"), "{said}");
+    }
+}

@@ -1,0 +1,111 @@
+//! What the judged states exercise: how much touches and slides in them, and whether an engine that does not read a key of its job
+//! would have been noticed. A verdict of agreement needs both, and names what it has not.
+
+use std::collections::BTreeSet;
+
+use grains::tables::{Contact, Snapshot};
+use grains::task::Case;
+use grains::variant::{Form, Key, Variant};
+use serde::Serialize;
+
+use crate::constants::kind_of_pair;
+use crate::envelope::{Envelope, STEPS_WRITTEN_OUT};
+use crate::forms;
+
+/// How many contacts of a kind there are at once in the state that has the most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Count {
+    pub what: &'static str,
+    pub found: usize,
+    /// With fewer nothing is said.
+    pub least: usize,
+}
+
+impl Count {
+    pub fn is_enough(&self) -> bool {
+        self.found >= self.least
+    }
+}
+
+/// Contacts of grains, contacts that slide and contacts at walls are at least so many; at the punch one.
+const LEAST: usize = 3;
+/// A contact slides if its tangential force is its limit but for this share.
+const AT_LIMIT: f64 = 1.0e-9;
+
+/// Of the native runs of these cases; kinds that the cases do not have are left out.
+pub fn counts<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec<Count> {
+    let count = |what, least| Count {
+        what,
+        found: 0,
+        least,
+    };
+    let mut counts = [
+        count("pairs of grains", LEAST),
+        count("sliding contacts", LEAST),
+        count("contacts at walls", LEAST),
+        count("contacts at the punch", 1),
+    ];
+    let mut asked = [true, false, false, false];
+    for (case, run) in runs {
+        let law = &case.model.law;
+        let has_walls = !case.model.walls.is_empty();
+        let has = [true, law.has_friction(), has_walls, case.punch.is_some()];
+        asked
+            .iter_mut()
+            .zip(has)
+            .for_each(|(asked, has)| *asked |= has);
+        for moment in run {
+            let mut found = [0; 4];
+            for of in &moment.contacts {
+                found[[0, 2, 3][kind_of_pair(case, of.id1)]] += 1;
+                found[1] += usize::from(slides(case, of));
+            }
+            let counts = counts.iter_mut().zip(found);
+            counts.for_each(|(count, found)| count.found = count.found.max(found));
+        }
+    }
+    let asked = counts.into_iter().zip(asked).filter(|(_, asked)| *asked);
+    asked.map(|(count, _)| count).collect()
+}
+
+fn slides(case: &Case, of: &Contact) -> bool {
+    let tangent = case.model.law.friction_angles()[kind_of_pair(case, of.id1)].tan();
+    let limit = tangent * of.normal_force.abs();
+    limit > 0.0 && of.tangential_force.abs() >= (1.0 - AT_LIMIT) * limit
+}
+
+/// The grains with a contact that slides at any of these moments.
+pub(crate) fn sliding(case: &Case, run: &[Snapshot]) -> BTreeSet<u32> {
+    let contacts = run.iter().flat_map(|of| &of.contacts);
+    let sliding = contacts.filter(|of| slides(case, of));
+    sliding.flat_map(|of| [of.id1, of.id2]).collect()
+}
+
+/// Every key with the form of an engine that does not read it, or takes the other choice.
+fn keys() -> impl Iterator<Item = (&'static str, Form)> {
+    let unread = Key::ALL.map(|key| (key.name(), Form::Unread(key)));
+    let choices = [
+        ("law.contact.rotation", Form::SpinsKept),
+        ("law.contact.slip_velocity", Form::OtherSlip),
+        ("law.contact.torque_arms", Form::OtherTorqueArms),
+        ("law.contact.new_contact_slip", Form::OtherNewContact),
+        ("law.contact.viscosity.tension", Form::OtherClipping),
+    ];
+    unread.into_iter().chain(choices)
+}
+
+/// The keys with another value than the usual one that none of these states would show if an engine did not read them.
+pub fn unseen(states: &[&Envelope]) -> Vec<&'static str> {
+    let is_unseen = |(_, form): &(&'static str, Form)| {
+        let asked = states
+            .iter()
+            .filter(|of| forms::candidates(&of.case).contains(form));
+        let mut asked = asked.peekable();
+        asked.peek().is_some()
+            && !asked.any(|of| {
+                let changed = of.changed(&Variant::of(*form), STEPS_WRITTEN_OUT);
+                changed.is_some_and(|far| !far.is_rounding())
+            })
+    };
+    keys().filter(is_unseen).map(|(name, _)| name).collect()
+}

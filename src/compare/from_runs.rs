@@ -1,0 +1,336 @@
+//! What two run folders are judged by where bits may differ: states of these very runs as starts for their engines, and the whole
+//! run made again by the native engine with rounding errors, at every moment that the folders have.
+
+use crate::checks::{Check, Outcome};
+use crate::engine::ProgramError;
+use crate::files::work_folder;
+use crate::run::folder::record::Protocol;
+use crate::run::folder::{Moment, RunFolder};
+use crate::run::{Engine, EngineError, recorded};
+use evidence::in_parallel;
+use evidence::moments::{mean, standard_deviation};
+use grains::generate::{can_turn, initial_bodies};
+use grains::measure::HistoryRow;
+use grains::model::Model;
+use grains::native::{self, NativeError, Noise, first_contact_punch};
+use grains::scene::Scene;
+use grains::tables::{Bodies, Punch, Stage};
+use grains::task::{Case, Seen, Start, Task};
+use verdict::envelope::of_replica;
+use verdict::judge::{Excerpt, Reference};
+use verdict::starts::{MOMENTS, State};
+
+/// The starts of two runs of one scene: their common beginning, the moment at which A is liveliest, and where each has settled and
+/// ended. Contacts begin to remember in them.
+pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
+    let scene = &a.scene;
+    let mut states = Vec::new();
+    let mut add = |start: String, key: &str, stage: Stage, bodies: &Bodies, punch| {
+        let model = Model::in_stage(scene, stage);
+        let mut bodies = bodies.clone();
+        if model.law.rotates() {
+            can_turn(scene, &mut bodies);
+        } else {
+            (bodies.spin, bodies.inertia) = (Vec::new(), Vec::new());
+        }
+        states.push(State {
+            law: format!("the scene's model, stage {}", stage.name()),
+            case: Case {
+                name: start.clone(),
+                model,
+                bodies,
+                punch,
+                moments: MOMENTS.to_vec(),
+            },
+            start,
+            key: key.to_owned(),
+            probed: true,
+        });
+    };
+    add(
+        "initial.csv".to_owned(),
+        "initial",
+        Stage::Settle,
+        &a.initial,
+        None,
+    );
+    let mut excerpts = vec![Excerpt::new(
+        "initial.csv, as a scene",
+        "excerpt-initial",
+        scene,
+        start_of(a),
+    )];
+    let lively = |row: &&HistoryRow| row.stage == Stage::Settle && row.contacts > 0;
+    let rows = a.history.iter().filter(lively);
+    let liveliest = rows.max_by(|a, b| {
+        let of = |row: &HistoryRow| row.kinetic_energy * row.contacts as f64;
+        of(a).total_cmp(&of(b))
+    });
+    if let Some(row) = liveliest.filter(|row| row.step > 0) {
+        let task = Task::pour(start_of(a), row.step);
+        let last = native::run(scene, &task, &native::Options::default(), &mut ())?.last;
+        let start = format!(
+            "its liveliest moment, step {}, as native pours it",
+            row.step
+        );
+        add(start, "liveliest", Stage::Settle, &last.bodies, None);
+        let of = "its liveliest moment, as a scene";
+        let from = Start {
+            memory: Vec::new(),
+            ..last.into()
+        };
+        excerpts.push(Excerpt::new(of, "excerpt-liveliest", scene, from));
+    }
+    let runs = [("A", "a", a), ("B", "b", b)];
+    let count = if a.last == b.last { 1 } else { 2 };
+    for (name, key, run) in runs.into_iter().take(count) {
+        if let Some(Moment { bodies, .. }) = &run.settled {
+            let (start, key) = (format!("{name}'s settled bed"), format!("settled-{key}"));
+            add(start, &key, Stage::Settle, bodies, None);
+            let loading = Start {
+                stage: Stage::Load,
+                ..bodies.clone().into()
+            };
+            let (of, key) = (
+                format!("{name}'s settled bed, loading as a scene"),
+                format!("excerpt-{key}"),
+            );
+            excerpts.push(Excerpt::new(&of, &key, scene, loading));
+        }
+        let punch = punch_at_end(run);
+        let stage = punch.map_or(Stage::Settle, |_| Stage::Load);
+        add(
+            format!("{name}'s last state"),
+            &format!("last-{key}"),
+            stage,
+            &run.last.bodies,
+            punch,
+        );
+    }
+    // States of one model stand together, those of loading last.
+    states.sort_by_key(|of| of.law.ends_with(Stage::Load.name()));
+    Ok(Reference::of(states, excerpts))
+}
+
+/// The same of a scene alone, as native runs it.
+pub fn states_of(scene: &Scene) -> Result<Reference, EngineError> {
+    let work = work_folder().map_err(ProgramError::File)?;
+    let native = Engine::Native(native::Options::default());
+    let (start, mut quiet) = (initial_bodies(scene), |_, _, _| ());
+    let run = recorded(
+        scene,
+        &native,
+        Protocol::Whole,
+        start,
+        work.path(),
+        &mut quiet,
+    )?;
+    Ok(states(&run, &run)?)
+}
+
+/// What a run began with.
+fn start_of(run: &RunFolder) -> Start {
+    let softened = run.record.softened.as_ref();
+    Start {
+        seen: Seen {
+            energy: softened.map_or(0.0, |of| of.energy_seen),
+            ..Seen::default()
+        },
+        ..run.initial.clone().into()
+    }
+}
+
+/// The punch where it ended, from the settled bed that it came down on and the depth to which it went.
+fn punch_at_end(run: &RunFolder) -> Option<Punch> {
+    let depth = run.history.last()?.punch_depth?;
+    let punch = first_contact_punch(&run.scene, &run.settled.as_ref()?.bodies);
+    let [x, z] = punch.centre;
+    Some(Punch {
+        centre: [x, z - depth],
+        ..punch
+    })
+}
+
+/// Native runs of the whole scene, the first without noise.
+pub struct Replicas(Vec<RunFolder>);
+
+const REPLICAS: usize = 9;
+/// How many standard deviations of a new run a number may be off. With nine runs a normal number is farther off at the end once in
+/// 400,000 times, and on the way, where there are many, once in 10⁸ times.
+const AT_END: f64 = 12.0;
+const ON_THE_WAY: f64 = 25.0;
+/// A share of a number that is rounding, whatever replicas say.
+const ROUNDING: f64 = 1.0e-9;
+
+impl Replicas {
+    pub fn of(run: &RunFolder, noise: Noise) -> Result<Self, String> {
+        let runs = in_parallel(REPLICAS, |replica| {
+            let engine = Engine::Native(native::Options {
+                noise: (replica > 0).then(|| of_replica(noise, 2 * replica)),
+                ..native::Options::default()
+            });
+            let work = work_folder().map_err(|error| error.to_string())?;
+            let (protocol, start) = (run.record.protocol, start_of(run));
+            recorded(
+                &run.scene,
+                &engine,
+                protocol,
+                start,
+                work.path(),
+                &mut |_, _, _| (),
+            )
+            .map_err(|error| error.to_string())
+        });
+        Ok(Replicas(runs.into_iter().collect::<Result<_, _>>()?))
+    }
+
+    /// Whether this run's history and its end lie among them; the ids of the checks end in this.
+    pub fn checks(&self, run: &RunFolder, id: &str) -> [Check; 2] {
+        let check = |id: String, what: &str, outside: Option<String>, within: String| {
+            let outcome = Outcome::pass_if(outside.is_none());
+            let check = Check::of_words(id, what, outcome, &outside.unwrap_or(within));
+            check.required().judged_by(
+                "native runs of the whole scene with rounding errors of the engine's size",
+                &format!("{REPLICAS} runs; {AT_END} standard deviations at the end, {ON_THE_WAY} on the way"),
+            )
+        };
+        let upper = id.to_uppercase();
+        let (outside, count) = self.history(run);
+        let within = format!("{count} numbers lie among those of {REPLICAS} native runs");
+        let history = check(
+            format!("history-{id}"),
+            &format!("{upper}'s history"),
+            outside,
+            within,
+        );
+        let (outside, count) = self.end(run);
+        let within =
+            format!("{count} measures of the whole bed lie among those of {REPLICAS} native runs");
+        [
+            history,
+            check(
+                format!("end-{id}"),
+                &format!("{upper}'s end"),
+                outside,
+                within,
+            ),
+        ]
+    }
+
+    /// The first number of the history that is outside, and how many were looked at.
+    fn history(&self, run: &RunFolder) -> (Option<String>, usize) {
+        type Number = fn(&HistoryRow) -> Option<f64>;
+        // Energies are of all sizes, so their logarithms are looked at.
+        let numbers: [(&str, Number, f64); 5] = [
+            (
+                "the logarithm of the kinetic energy",
+                |of| logarithm(of.kinetic_energy),
+                0.0,
+            ),
+            (
+                "the logarithm of the elastic energy",
+                |of| logarithm(of.elastic_energy),
+                0.0,
+            ),
+            ("the potential energy", |of| Some(of.potential_energy), 0.0),
+            ("the number of contacts", |of| Some(of.contacts as f64), 2.0),
+            ("the depth of the punch", |of| of.punch_depth, 0.0),
+        ];
+        let mut count = 0;
+        for (at, row) in run.history.iter().enumerate() {
+            let same = |of: &RunFolder| {
+                let near = of
+                    .history
+                    .get(at)
+                    .filter(|of| (of.stage, of.step) == (row.stage, row.step));
+                let moment = |of: &&HistoryRow| (of.stage, of.step) == (row.stage, row.step);
+                near.or_else(|| of.history.iter().find(moment)).cloned()
+            };
+            let others: Vec<HistoryRow> = self.0.iter().filter_map(same).collect();
+            for (name, number, floor) in numbers {
+                let all: Vec<f64> = others.iter().filter_map(number).collect();
+                let Some(value) = number(row).filter(|_| all.len() == REPLICAS) else {
+                    continue;
+                };
+                count += 1;
+                if let Some(off) = outside(value, &all, ON_THE_WAY, floor) {
+                    let (stage, step) = (row.stage.name(), row.step);
+                    return (Some(format!("{stage} {step}: {name} {off}")), count);
+                }
+            }
+        }
+        (None, count)
+    }
+
+    /// The measures of the whole bed at the end that are outside, and how many were looked at.
+    fn end(&self, run: &RunFolder) -> (Option<String>, usize) {
+        let stops = |of: &RunFolder| {
+            of.record
+                .stages
+                .iter()
+                .map(|of| of.stop)
+                .collect::<Vec<_>>()
+        };
+        if !self.0.iter().any(|of| stops(of) == stops(run)) {
+            let why = format!(
+                "it ended otherwise: {}, and native: {}",
+                run.stages_in_words(),
+                self.0[0].stages_in_words()
+            );
+            return (Some(why), 0);
+        }
+        let of_runs: Vec<_> = self.0.iter().map(RunFolder::quantities).collect();
+        let (mut off, mut count) = (Vec::new(), 0);
+        for quantity in run.quantities() {
+            let key = quantity.key.as_str();
+            let of_bed = key.split_once('.').is_some_and(|(_, of)| {
+                let all = [
+                    "height.",
+                    "porosity.",
+                    "coordination.",
+                    "energy.potential",
+                    "energy.elastic",
+                ];
+                all.iter().any(|start| of.starts_with(start))
+            });
+            let grains = run.initial.len() as f64;
+            let floor = match key {
+                "load.punch_depth" => 0.0,
+                "settle.steps" => run.scene.settle.check_every as f64,
+                // One contact or grain more or less is a threshold that was crossed or not.
+                _ if key.contains("coordination") => 4.0 / grains,
+                _ if of_bed => 0.0,
+                _ => continue,
+            };
+            let same = of_runs
+                .iter()
+                .filter_map(|of| of.iter().find(|of| of.key == key));
+            let all: Vec<f64> = same.map(|of| of.value).collect();
+            if all.len() < REPLICAS {
+                continue;
+            }
+            count += 1;
+            if let Some(why) = outside(quantity.value, &all, AT_END, floor) {
+                off.push(format!("{key} {why}"));
+            }
+        }
+        ((!off.is_empty()).then(|| off.join("; ")), count)
+    }
+}
+
+fn logarithm(of: f64) -> Option<f64> {
+    (of > 0.0).then(|| of.ln())
+}
+
+/// How far a number is off, if that is more than so many standard deviations of a new run, and than this.
+fn outside(value: f64, all: &[f64], deviations: f64, floor: f64) -> Option<String> {
+    let (mean, deviation) = (mean(all), standard_deviation(all));
+    let of_new = deviation * (1.0 + 1.0 / all.len() as f64).sqrt();
+    let most = deviations * of_new + floor + ROUNDING * (1.0 + mean.abs());
+    let off = (value - mean).abs();
+    let far = off / of_new.max(f64::MIN_POSITIVE);
+    // What is no number is outside.
+    (off.is_nan() || off > most).then(|| {
+        format!("is {value:e}, and native's are {mean:e} ± {deviation:.1e}: {far:.0} standard deviations off")
+    })
+}
