@@ -142,6 +142,9 @@ pub struct Check {
     /// Whether the job is incomplete if it is skipped.
     #[serde(default)]
     pub required: bool,
+    /// Whether it failed because an engine gave nothing to judge: it crashed, hung or was not understood.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub engine_failed: bool,
 }
 
 impl Check {

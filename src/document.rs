@@ -6,6 +6,7 @@ pub mod table;
 use std::borrow::Cow;
 
 use crate::checks::{Check, Outcome};
+use crate::exit;
 pub use plot::{Axis, Colour, Mark, Plot, Point, Shape};
 pub use table::{Cell, Column, Columns, Table, rounded};
 
@@ -73,7 +74,20 @@ impl Document {
     /// The verdict for people; none of a document that only shows.
     pub fn verdict_in_words(&self) -> Option<&'static str> {
         let shows = self.checks.is_empty() && self.verdict == Outcome::Pass;
-        (!shows).then(|| self.verdict.verdict())
+        let said = match self.exit_code() {
+            exit::ENGINE_FAILED => "Engine failed",
+            _ => self.verdict.verdict(),
+        };
+        (!shows).then_some(said)
+    }
+
+    /// What a job with this result tells a script; of an engine that gave nothing to judge this is not what a difference tells.
+    pub fn exit_code(&self) -> u8 {
+        let no_result = self.checks.iter().any(|of| of.engine_failed);
+        match self.verdict {
+            Outcome::Fail if no_result => exit::ENGINE_FAILED,
+            verdict => verdict.exit_code(),
+        }
     }
 
     /// Whether its page shows more than words and tables.

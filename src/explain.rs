@@ -207,8 +207,8 @@ pub const EXPLANATIONS: [Explanation; 28] = [
     Explanation {
         pattern: "baseline/*",
         meaning: "Nothing is worse than in a run that was kept under a name.",
-        formula: "Every check is held against the one of the same id: what fails now and did not is worse; what is gone, no longer made or defined \
-            otherwise can no longer be told.",
+        formula: "Every check is held against the one of the same id: what fails now and did not, or is farther off than it was, is worse; what is gone, \
+            no longer made or defined otherwise can no longer be told.",
         source: "docs/checks.md; src/compare/baseline/",
         breaks: "The change that was just made. The checks that it names say what broke; `crossgrain report baseline diff` shows both values of each.",
     },

@@ -113,6 +113,12 @@ fn other_realizations_are_equivalent_different_or_too_few() {
     assert_eq!(few.verdict, Verdict::Undecided);
     assert_eq!(few.power.expect("was judged").estimate, 0.0);
     assert!(same.power.expect("was judged").estimate > 0.9);
+    let folders = ["here", "there"].map(Path::new);
+    let table = |of: &Comparison| format!("{:?}", of.clone().told_apart(folders).document());
+    assert!(!table(&same).contains(" in here"));
+    let mut twice = same.clone();
+    twice.engines[1] = twice.engines[0].clone();
+    has(&table(&twice), [" in here", " in there"]);
     let answer = same.document().answer;
     let begins = "Equal in distribution. With so many packings two equal engines";
     assert!(answer.starts_with(begins), "{answer}");

@@ -89,6 +89,22 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     let moved = line("faults/wall");
     assert!(moved.contains("moved") && moved.ends_with("0.4"), "{out}");
 
+    // What fails as the baseline fails is accepted and named; what fails by far more is worse.
+    let failing =
+        |name: &str, value| record(at, name, &[("compare/a/height", value, "fail")], 60.0);
+    failing("known.json", 4.55);
+    ends(at, 0, "report baseline save known.json known");
+    for (value, code, words) in [
+        (4.55, 0, "1 accepted failure"),
+        (5.55, 0, "1 accepted failure"),
+        (53_290.0, 1, "WORSE FAILURE"),
+    ] {
+        failing("again.json", value);
+        let diff = "report baseline diff again.json known --summary known.md";
+        tells(at, code, diff, [words, "compare/a/height"]);
+    }
+    has(&text_of(at.join("known.md")), ["accepted failure"]);
+
     let out = diff(3, "fewer.json");
     has(&out, ["1 removed", "  removed  verify/gone "]);
     let out = diff(1, "slow.json");

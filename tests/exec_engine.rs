@@ -65,6 +65,54 @@ fn a_module_beside_the_program_counts_as_the_program() {
     has(&say(folder, &compare).1, ["they have other bytes"]);
 }
 
+/// A package, a library and any other file beside a program are part of it where its text names them; no link is followed.
+#[test]
+fn what_a_program_names_beside_it_counts_as_the_program() {
+    use crossgrain::engine::exec::{covered, program_digest};
+    let place = &new_folder();
+    let folder = &place.join("own");
+    fs::create_dir_all(folder.join("package/deep/__pycache__")).expect("a new folder");
+    let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("ours");
+    write("../elsewhere.json", "0");
+    std::os::unix::fs::symlink("../elsewhere.json", folder.join("linked.json")).expect("ours");
+    let text = "#!/usr/bin/env python3\nimport package.deep, fast\n# linked.json\n\
+                k = open(here + '/params.json'); run('./solver')\n";
+    let engine = &program(folder, "engine.py", text);
+    let files = [
+        ("package/deep/law.py", true),
+        ("fast.cpython-311.so", true),
+        ("params.json", true),
+        ("solver", true),
+        ("package/deep/__pycache__/law.py", false),
+        ("package/notes.txt", false),
+        ("env", false),
+        ("python3.py", false),
+        ("../elsewhere.json", false),
+    ];
+    files.iter().for_each(|(name, _)| write(name, "1"));
+    let digest = || program_digest(engine).expect("a digest");
+    for (name, counts) in files {
+        let before = digest();
+        write(name, "2");
+        assert_eq!(digest() != before, counts, "{name}");
+    }
+    has(
+        &covered(engine).expect("a sentence"),
+        ["the digest covers engine.py and 4 files beside it; what it loads from elsewhere"],
+    );
+    let large = fs::File::create(folder.join("params.json")).expect("ours");
+    large.set_len(65 << 20).expect("a hole");
+    has(
+        &covered(engine).expect("a sentence"),
+        ["are too many or too large"],
+    );
+    let alone = &program(folder, "alone", "nothing\n");
+    assert_eq!(
+        program_digest(alone).expect("a digest"),
+        crossgrain::files::file_digest(alone).expect("a digest")
+    );
+}
+
 #[test]
 fn what_an_engine_does_not_have_is_not_asked_of_it() {
     let mut scene = narrow_scene(0.05);

@@ -90,11 +90,7 @@ impl Arguments {
         tell(views.json, &text, || {
             terminal(&document) + &page_line(&self.out)
         })?;
-        Ok(if bench.engine_failed() {
-            exit::ENGINE_FAILED
-        } else {
-            document.verdict.exit_code()
-        })
+        Ok(document.exit_code())
     }
 
     fn command(&self) -> String {

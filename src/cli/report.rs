@@ -66,7 +66,7 @@ impl Verb {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The exit code is that of the job: 0 agreed, 1 a check failed, 3 incomplete.\n\nExamples:\n  \
+    after_help = "The exit code is that of the job: 0 agreed, 1 a check failed, 3 incomplete, 4 an engine failed.\n\nExamples:\n  \
     crossgrain report checks out/reproduce/run.json\n  crossgrain report checks out/reproduce/run.json --junit checks.xml --summary \
     summary.md\n  crossgrain report checks verified/verify.json --all --csv checks.csv"
 )]
@@ -192,13 +192,15 @@ impl Checks {
             return Ok(exit::AGREED);
         };
         let record = read(path)?;
-        self.views.files.write(&record.job, &record.document())?;
+        let document = record.document();
+        self.views.files.write(&record.job, &document)?;
         tell(self.views.json, &json(&record)?, || {
             let lines = report::check_lines(&record.checks, self.all);
-            let verdict = record.verdict.verdict().to_uppercase();
+            let said = document.verdict_in_words();
+            let verdict = said.unwrap_or_default().to_uppercase();
             lines + &format!("{verdict}: {}; {}\n", record.job, Tally::of(&record.checks))
         })?;
-        Ok(record.verdict.exit_code())
+        Ok(document.exit_code())
     }
 }
 

@@ -182,7 +182,8 @@ impl Verb {
             } => {
                 results.check(COMPARED)?;
                 let comparison = compare(&merged(&first)?, &merged(&second)?)?;
-                let (text, document) = (json(&comparison)?, comparison.document());
+                let text = json(&comparison)?;
+                let document = comparison.told_apart([&first, &second]).document();
                 views.tell("study compare", &text, &document)?;
                 results.write(&document, &[(COMPARED, &text)])?;
                 Ok(document.verdict.exit_code())

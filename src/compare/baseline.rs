@@ -6,7 +6,7 @@ pub mod history;
 
 use std::path::{Path, PathBuf};
 
-use diff::{Change, Changed, Diff, Pace, SpeedPair, UNTOLD};
+use diff::{Change, Changed, Diff, Pace, SpeedPair, UNTOLD, WORSE};
 use serde::{Deserialize, Serialize};
 
 use crate::checks::record::{Record, UNSEALED, is_sealed, sealed};
@@ -166,10 +166,9 @@ const MOST_NAMES: usize = 5;
 
 /// New failures, what can no longer be told, bits where they are demanded, and every speed.
 pub fn checks(diff: &Diff) -> Vec<Check> {
-    let what = "checks that fail and did not";
-    let new = [Change::NewFailure];
-    let failures = counted(diff, "new-failures", what, &new, Outcome::Fail);
-    let what = "checks that are gone, no longer made or defined otherwise";
+    let what = "checks that fail and did not, or fail worse";
+    let failures = counted(diff, "new-failures", what, &WORSE, Outcome::Fail);
+    let what = "checks that are gone, no longer made, defined otherwise or fail in other words";
     let untold = counted(diff, "told-no-more", what, &UNTOLD, Outcome::Skipped);
     let speeds = diff.speeds.iter().map(speed);
     let bits = diff.bits_demanded.then(|| bits(diff));
@@ -256,12 +255,13 @@ impl Diff {
         }
     }
 
-    /// New failures as a number, as pages name them under `What failed`, and every speed that is slower; a line each.
+    /// Failures that are new or worse as numbers, as pages name them under `What failed`, and every speed that is slower; a line each.
     pub fn worse(&self) -> Vec<String> {
-        let new = |of: &&Changed| of.change == Change::NewFailure;
-        let failures = self.changes.iter().filter(new).count();
-        let failures = (failures > 0).then(|| format!("new failures: {failures}"));
-        failures.into_iter().chain(self.slower()).collect()
+        let failures = WORSE.into_iter().filter_map(|change| {
+            let of = self.changes.iter().filter(|of| of.change == change).count();
+            (of > 0).then(|| format!("{}s: {of}", change.words()))
+        });
+        failures.chain(self.slower()).collect()
     }
 
     fn slower(&self) -> impl Iterator<Item = String> {
@@ -290,7 +290,7 @@ impl Diff {
         let side = |check: &Option<Check>| check.as_ref().map(Check::in_a_line);
         let changes = Table::of("changes", "", shown)
             .column("change", |of| match of.change {
-                Change::NewFailure => of.change.words().to_uppercase(),
+                change if WORSE.contains(&change) => change.words().to_uppercase(),
                 change => change.words().to_owned(),
             })
             .column("check", |of| Cell::Code(of.id.clone()))

@@ -1,6 +1,7 @@
 //! Engines that people bring: any program that follows `docs/engine-protocol.md`. It says what it has, is asked for
 //! that only in a job folder that holds everything it is told, and is believed only what its tables prove.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
@@ -61,47 +62,163 @@ pub struct ExternalEngine {
     pub digest: String,
 }
 
-/// The longest text in which imports are looked for, bytes.
+/// The longest text in which names are looked for, bytes.
 const LONGEST_SCRIPT: u64 = 1 << 20;
+/// The most files beside a program that are covered, and bytes of them together.
+const MOST_BESIDE: (usize, u64) = (2_000, 64 << 20);
+/// The most entries that are looked at in a program's folder and in packages beside it.
+const MOST_ENTRIES: usize = 100_000;
 
-/// What tells a program from another one: SHA-256 of its file, and where it is a Python text that imports files beside it, of these
-/// and of what they import in turn.
+/// What tells a program from another one: SHA-256 of its file, and where files beside it belong to it, of these.
 pub fn program_digest(program: &Path) -> Result<String, FileError> {
-    let program = &fs::canonicalize(program).map_err(failed("find", program))?;
-    let mut beside = BTreeMap::new();
-    let mut unread = vec![program.clone()];
-    while let Some(path) = unread.pop() {
-        // What is no text, or none that a person wrote, imports nothing.
-        let text = read_text(&path, LONGEST_SCRIPT).unwrap_or_default();
-        for module in text.lines().flat_map(imported) {
-            let path = program.with_file_name(format!("{module}.py"));
-            if path != *program && path.is_file() && !beside.contains_key(module) {
-                beside.insert(module.to_owned(), path.clone());
-                unread.push(path);
-            }
-        }
-    }
     let mut digests = file_digest(program)?;
-    if beside.is_empty() {
+    let beside = Beside::of(program)?;
+    if beside.files.is_empty() {
         return Ok(digests);
     }
-    for (name, path) in &beside {
+    for (name, path) in &beside.files {
         digests += &format!(" {name} {}", file_digest(path)?);
     }
     Ok(sha256_hex(digests.as_bytes()))
 }
 
-/// The modules that a line of Python imports: `a` of `import a.b as c` and of `from a import b`.
-fn imported<'a>(line: &'a str) -> Vec<&'a str> {
-    let is_of_a_name = |of: char| of.is_alphanumeric() || of == '_';
-    let line = line.trim_start();
-    let names = match (line.strip_prefix("import "), line.strip_prefix("from ")) {
-        (Some(rest), _) => rest.split(',').map(str::trim_start).collect(),
-        (_, Some(rest)) => vec![rest.trim_start()],
-        _ => Vec::new(),
+/// What [`program_digest`] covers, in a sentence.
+pub fn covered(program: &Path) -> Result<String, FileError> {
+    let Beside { files, left_out } = Beside::of(program)?;
+    let name = program.file_name().unwrap_or_default().display();
+    let and = match files.len() {
+        0 => String::new(),
+        1 => " and 1 file beside it".to_owned(),
+        many => format!(" and {many} files beside it"),
     };
-    let first = |of: &'a str| of.split(|of| !is_of_a_name(of)).next();
-    names.into_iter().filter_map(first).collect()
+    let others = ["", "; other files beside it are too many or too large"][usize::from(left_out)];
+    Ok(format!(
+        "the digest covers {name}{and}{others}; what it loads from elsewhere is not covered"
+    ))
+}
+
+/// The files in a program's own folder that belong to it: those that its text names, and those that their texts name in turn.
+/// NAME.py, NAME.so and what a folder NAME has of either are named by the word NAME, any other file by its whole name, and
+/// one without an end only where it stands in quotes or after a `/`. No link is followed.
+#[derive(Default)]
+struct Beside {
+    /// By their names in the digest: NAME of NAME.py in the program's folder, of others the path from there.
+    files: BTreeMap<String, PathBuf>,
+    /// There are more than are covered.
+    left_out: bool,
+}
+
+impl Beside {
+    fn of(program: &Path) -> Result<Self, FileError> {
+        let program = &fs::canonicalize(program).map_err(failed("find", program))?;
+        let folder = program.parent().unwrap_or(program);
+        let mut unseen = MOST_ENTRIES;
+        let mut by_word: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+        for path in entries(folder, &mut unseen) {
+            let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+                continue;
+            };
+            let (stem, end) = name.split_once('.').unwrap_or((name, ""));
+            let is_bare = end.is_empty() && !path.is_dir();
+            let whole = if is_bare {
+                format!("/{name}")
+            } else {
+                name.to_owned()
+            };
+            let word = is_code(&path).then(|| stem.to_owned());
+            for word in word.into_iter().chain([whole]) {
+                by_word.entry(word).or_default().push(path.clone());
+            }
+        }
+        let (mut beside, mut bytes) = (Beside::default(), 0);
+        let mut unread = vec![program.clone()];
+        while let Some(path) = unread.pop() {
+            // What is no text, or none that a person wrote, names nothing.
+            let text = read_text(&path, LONGEST_SCRIPT).unwrap_or_default();
+            for path in words(&text)
+                .filter_map(|word| by_word.remove(&*word))
+                .flatten()
+            {
+                for path in files_of(path, &mut unseen) {
+                    let name = match path.strip_prefix(folder).unwrap_or(&path).to_string_lossy() {
+                        name if name.contains('/') => name.into_owned(),
+                        name => name
+                            .strip_suffix(".py")
+                            .unwrap_or(&format!("./{name}"))
+                            .to_owned(),
+                    };
+                    if path == *program || beside.files.contains_key(&name) {
+                        continue;
+                    }
+                    let length = path.metadata().map_err(failed("find", &path))?.len();
+                    if beside.files.len() >= MOST_BESIDE.0 || bytes + length > MOST_BESIDE.1 {
+                        beside.left_out = true;
+                        continue;
+                    }
+                    bytes += length;
+                    beside.files.insert(name, path.clone());
+                    unread.push(path);
+                }
+            }
+        }
+        beside.left_out |= unseen == 0;
+        Ok(beside)
+    }
+}
+
+/// Python or a library.
+fn is_code(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|end| end == "py" || end == "so")
+}
+
+/// Files and folders in a folder, in order; what this user cannot read is nothing, since the program cannot read it either.
+fn entries(folder: &Path, unseen: &mut usize) -> Vec<PathBuf> {
+    let found = fs::read_dir(folder).into_iter().flatten().flatten();
+    let found = found.take(*unseen).inspect(|_| *unseen -= 1);
+    let sound = found.filter(|of| {
+        let kind = of.file_type();
+        kind.is_ok_and(|of| of.is_file() || of.is_dir()) && of.file_name() != "__pycache__"
+    });
+    let mut paths: Vec<PathBuf> = sound.map(|of| of.path()).collect();
+    paths.sort();
+    paths
+}
+
+/// A file itself; of a folder what it and the folders in it have of Python and libraries.
+fn files_of(path: PathBuf, unseen: &mut usize) -> Vec<PathBuf> {
+    if !path.is_dir() {
+        return vec![path];
+    }
+    let (mut files, mut folders) = (Vec::new(), vec![path]);
+    while let Some(folder) = folders.pop() {
+        let found = entries(&folder, unseen).into_iter();
+        let (inside, here): (Vec<_>, Vec<_>) = found.partition(|of| of.is_dir());
+        folders.extend(inside);
+        files.extend(here.into_iter().filter(|of| is_code(of)));
+    }
+    files
+}
+
+/// What a text names, the line aside that names its interpreter: words, whole names of files, and `/NAME` for a name in quotes or
+/// after a `/`.
+fn words(text: &str) -> impl Iterator<Item = Cow<'_, str>> {
+    let is_of_a_word = |of: char| of.is_alphanumeric() || of == '_';
+    let is_quote = |of: char| of == '"' || of == '\'';
+    let lines = text.lines().filter(|line| !line.starts_with("#!"));
+    let tokens = lines.flat_map(move |line| {
+        line.split(move |of| !(is_of_a_word(of) || is_quote(of) || "./-".contains(of)))
+    });
+    tokens.flat_map(move |token| {
+        let path = token.trim_matches(is_quote);
+        let name = path.rsplit('/').next().unwrap_or_default();
+        let quoted = token.starts_with(is_quote) && token.ends_with(is_quote);
+        let bare = (quoted || path.contains('/')).then(|| Cow::Owned(format!("/{name}")));
+        let words = token.split(move |of| !is_of_a_word(of)).map(Cow::Borrowed);
+        words
+            .chain([Cow::Borrowed(name.trim_end_matches('.'))])
+            .chain(bare)
+    })
 }
 
 impl ExternalEngine {

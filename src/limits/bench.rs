@@ -197,13 +197,6 @@ pub struct Bench {
     pub seconds: f64,
 }
 
-impl Bench {
-    /// Whether an engine that is there did not run.
-    pub fn engine_failed(&self) -> bool {
-        self.missed.iter().any(|missed| missed.failed)
-    }
-}
-
 /// Steps with clocks between their stages.
 const CLOCKED_STEPS: u64 = 4000;
 

@@ -21,7 +21,7 @@ impl History {
         let checks_now = [&newest.checks[..], &[self.slower()]].concat();
         let name = |at: usize| Cell::Code(short(&self.names[at]));
         let told = |at: usize| subject(&self.names[at]);
-        let is_moved = |of: &Changed| of.change == Change::Moved;
+        let is_moved = Changed::is_as_good;
         let outcomes = self.changes.iter().filter(|(_, of)| !is_moved(of));
         let value = |of: &Option<Check>| of.as_ref().and_then(|of| of.value);
         let limit = |of: &Changed, side: fn(&Check) -> Option<f64>| {
@@ -83,10 +83,12 @@ impl History {
         let of = self.changes.iter();
         let changes = |change: Change| of.clone().filter(|(_, of)| of.change == change).count();
         let pace = |pace: Pace| self.steps.iter().filter(|of| of.pace == pace).count();
-        let [failures, repaired] = [Change::NewFailure, Change::Fixed].map(changes);
+        let [new, worse, repaired] =
+            [Change::NewFailure, Change::WorseFailure, Change::Fixed].map(changes);
+        let failures = new + worse;
         let [slower, faster] = [Pace::Slower, Pace::Faster].map(pace);
         format!(
-            "In {} records: new failures {failures}, repaired {repaired}, slower {slower}, faster {faster}.",
+            "In {} records: new or worse failures {failures}, repaired {repaired}, slower {slower}, faster {faster}.",
             self.names.len()
         )
     }

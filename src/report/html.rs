@@ -455,5 +455,11 @@ mod tests {
             assert!(text.contains(part), "{text}");
         }
         assert!(!text.contains("a/good") && !text.contains("Second"));
+        let mut crashed = document();
+        crashed.checks[1].engine_failed = true;
+        assert!(terminal(&crashed).contains("ENGINE FAILED: It fell.\n"));
+        assert!(markdown(&crashed).contains(": Engine failed\n"));
+        assert!(page(&crashed).html.contains("<strong>Engine failed"));
+        assert_eq!(crashed.exit_code(), crate::exit::ENGINE_FAILED);
     }
 }

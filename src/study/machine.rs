@@ -100,6 +100,19 @@ impl Outlines {
         }
         *self.endings.entry(of.ending.to_owned()).or_default() += 1;
     }
+
+    /// Engine and version, where one made all rows; rows of several are of no one result.
+    fn engine(&self) -> Result<String, StudyError> {
+        if self.engines.len() > 1 {
+            let of = self.engines.iter();
+            let of = of.map(|(name, count)| format!("{name}: {count}"));
+            return Err(StudyError::Contradiction(format!(
+                "rows were made by different engines ({}): merge what one engine made",
+                of.collect::<Vec<String>>().join(", ")
+            )));
+        }
+        Ok(self.engines.keys().next().cloned().unwrap_or_default())
+    }
 }
 
 /// A merged study with all of its rows.
@@ -164,10 +177,14 @@ impl<S: Study> Folder<S> {
         }
         let index = self.index()?;
         let mut reader = Reader::new(&index);
+        self.check_repeated(&index, &mut reader)?;
+        let mut outlines = Outlines::default();
         for (number, place) in &index.places {
-            take(*number, self.parse(*number, &reader.json(place)?)?);
+            let row = self.parse(*number, &reader.json(place)?)?;
+            outlines.count(&self.plan.study.outline(&row));
+            take(*number, row);
         }
-        Ok(())
+        outlines.engine().map(drop)
     }
 
     /// All of [`Folder::each`].
@@ -234,7 +251,7 @@ impl<S: Study> Folder<S> {
         if hex(hash.clone()) != summary.sha256 || read != self.plan.study.count() {
             return Err(damaged(format!("{ROWS} is not what {SUMMARY} says")));
         }
-        if text != self.summary(outlines, hash).text() {
+        if text != self.summary(outlines, hash)?.text() {
             let why = format!("{SUMMARY} says something else than {ROWS}");
             return Err(damaged(why));
         }
@@ -242,14 +259,14 @@ impl<S: Study> Folder<S> {
     }
 
     /// Of rows that have this digest.
-    fn summary(&self, of: Outlines, hash: Sha256) -> Summary {
-        Summary {
+    fn summary(&self, of: Outlines, hash: Sha256) -> Result<Summary, StudyError> {
+        Ok(Summary {
             plan: self.digest.clone(),
             rows: self.plan.study.count(),
-            engine: of.engines.into_keys().next().unwrap_or_default(),
+            engine: of.engine()?,
             endings: of.endings,
             sha256: hex(hash),
-        }
+        })
     }
 
     fn row(&self, number: u64, json: &str) -> Result<S::Row, String> {
@@ -298,16 +315,18 @@ impl<S: Study> Folder<S> {
         let known = known.map(|(number, place)| (study.identity(*number), place));
         let known: BTreeMap<String, &Place> = known.collect();
         let mut reader = Reader::new(&index);
+        other.check_repeated(&index, &mut reader)?;
         let mut writer = Writer::open(&self.path, Shard::WHOLE)?;
-        let mut reused = 0;
+        let (mut reused, mut outlines) = (0, Outlines::default());
         for number in 1..=self.count() {
             if let Some(place) = known.get(&self.plan.study.identity(number)) {
                 let json = reader.json(place)?;
-                self.parse(number, &json)?;
+                outlines.count(&self.plan.study.outline(&self.parse(number, &json)?));
                 writer.add(&self.digest, number, &json)?;
                 reused += 1;
             }
         }
+        outlines.engine()?;
         Ok(reused)
     }
 }
@@ -460,15 +479,7 @@ impl<S: Study> Machine for Folder<S> {
             }
             table.row(cells.iter().map(String::as_str))?;
         }
-        if outlines.engines.len() > 1 {
-            let of = outlines.engines.iter();
-            let of = of.map(|(name, count)| format!("{name}: {count}"));
-            return Err(StudyError::Contradiction(format!(
-                "rows were made by different engines ({}): merge what one engine made",
-                of.collect::<Vec<String>>().join(", ")
-            )));
-        }
-        let summary = self.summary(outlines, hash);
+        let summary = self.summary(outlines, hash)?;
         rows.into_place(&self.path.join(ROWS))?;
         if !columns.is_empty() {
             table.into_place(&self.path.join(TABLE))?;

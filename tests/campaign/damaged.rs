@@ -154,11 +154,27 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let plan = Plan::<Campaign>::read(&folder).expect("a plan");
     let line = record_line(&plan.digest(), &wrong);
     fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
-    let (_, errors) = study(&campaign_of.place, 1, "merge", &[]);
+    write_scene(&tiny_scene(), &campaign_of.place.join("scene.json"));
+    let reuse = "study plan campaign scene.json --members 24 --reuse c --out larger";
+    let refused = |words: &[&str]| {
+        for verb in ["study merge c", "study report c", reuse] {
+            let (_, errors) = ends(&campaign_of.place, 1, verb);
+            for words in words {
+                assert!(errors.contains(words), "{verb}: {errors}");
+            }
+        }
+        assert!(!folder.join("merged.json").exists());
+        assert!(!campaign_of.place.join("larger").exists());
+    };
     let words = format!("row {number} is written twice and differently");
-    has(&errors, [&words]);
-    has(&errors, ["shard-1-of-1.jsonl", "shard-1-of-9.jsonl"]);
-    assert!(!folder.join("merged.json").exists());
+    refused(&[&words, "shard-1-of-1.jsonl", "shard-1-of-9.jsonl"]);
+    // The same of a row of another engine, where no other row has its number.
+    let first = line_end(&campaign_of.sound) + 1;
+    campaign_of.put(&campaign_of.sound[first..]);
+    wrong.engine = "another 1".to_owned();
+    let line = record_line(&plan.digest(), &wrong);
+    fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
+    refused(&["rows were made by different engines (another 1: 1, native"]);
 }
 
 /// The same scene from another seed has other members under the same numbers.

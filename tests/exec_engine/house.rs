@@ -9,14 +9,49 @@ fn judged(place: &Path, run: &str) -> (Option<i32>, String) {
 }
 
 fn judged_here(place: &Path, run: &str, engine: &str) -> (Option<i32>, String) {
+    let code = ended(place, run, engine);
+    let summary = text_of(place.join(run).join("crossgrain-out/summary.md"));
+    (code, summary)
+}
+
+fn ended(place: &Path, run: &str, engine: &str) -> Option<i32> {
     let script = root("ci/judge_engine");
     let mut judge = Command::new("bash");
     judge.arg(script).arg(engine).current_dir(place.join(run));
     judge.env("CROSSGRAIN", env!("CARGO_BIN_EXE_crossgrain"));
     judge.env_remove("GITHUB_STEP_SUMMARY");
-    let done = judge.output().expect("bash is there");
-    let summary = text_of(place.join(run).join("crossgrain-out/summary.md"));
-    (done.status.code(), summary)
+    judge.output().expect("bash is there").status.code()
+}
+
+#[test]
+fn a_difference_that_was_accepted_is_green_until_it_grows() {
+    let place = &new_folder();
+    let damped = |share: &str| {
+        let toy = changed_toy("0.5 * dt", &format!("{share} * dt"));
+        program(place, "engine.py", &toy);
+        judged_here(place, ".", "engine.py")
+    };
+    let (code, summary) = damped("0.4");
+    assert_eq!(code, Some(1), "{summary}");
+    for (record, name) in [("check/check", "main-check"), ("verify/verify", "main")] {
+        let save = format!("report baseline save crossgrain-out/{record}.json {name}");
+        ends(place, 0, &save);
+    }
+    let (code, summary) = damped("0.4");
+    assert_eq!(code, Some(0), "{summary}");
+    has(&summary, ["Nothing is worse than in main-check"]);
+    has(&summary, ["Nothing is worse than in main:"]);
+    has(&summary, ["accepted failures"]);
+    let (code, summary) = damped("0.3");
+    assert_eq!(code, Some(1), "{summary}");
+    has(&summary, ["WORSE than main:", "WORSE FAILURE"]);
+    // No baseline makes an engine green that ends before it has done anything.
+    let crash = changed_toy("    steps = run(sys.argv[2])\n", "    sys.exit(1)\n");
+    program(place, "engine.py", &crash);
+    assert_eq!(ended(place, ".", "engine.py"), Some(4));
+    for missing in ["", "nowhere/engine.py", "nowhere/"] {
+        assert_eq!(ended(place, ".", missing), Some(2), "«{missing}»");
+    }
 }
 
 #[test]

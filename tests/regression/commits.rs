@@ -119,7 +119,7 @@ fn a_history_says_which_commit_changed_what() {
     row(2, "SLOWER");
     row(4, "new failure");
     row(5, "fixed");
-    let words = "In 8 records: new failures 1, repaired 1, slower 1, faster 0";
+    let words = "In 8 records: new or worse failures 1, repaired 1, slower 1, faster 0";
     has(&said, [words]);
     let page = text_of(place.join("over-time/report.html"));
     has(&page, ["fall/height", "the pace", "history.svg"]);

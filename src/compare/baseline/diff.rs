@@ -15,9 +15,13 @@ use crate::checks::{Check, Measured, Outcome, Speed};
 pub enum Change {
     /// It fails now, and did not or was not there.
     NewFailure,
-    /// It was made and is not now.
+    /// It failed, and is now farther off than its noise explains, off to the other side, or no longer a number.
+    WorseFailure,
+    /// It was made, or was not there and must be made; it is not made now.
     NoLongerMade,
     Removed,
+    /// It failed without a number, and now fails in other words or with one.
+    FailsOtherwise,
     /// Its unit, method, basis or limits are others, so its values do not compare.
     DefinitionChanged,
     /// It failed and holds now.
@@ -25,33 +29,45 @@ pub enum Change {
     /// It was not made and is now.
     NowMade,
     Added,
+    /// It fails as it failed, whether its value moved or not.
+    AcceptedFailure,
     /// Its value is another, its outcome the same.
     Moved,
 }
 
 /// What leaves something that can no longer be told.
-pub const UNTOLD: [Change; 3] = [
+pub const UNTOLD: [Change; 4] = [
     Change::NoLongerMade,
     Change::Removed,
+    Change::FailsOtherwise,
     Change::DefinitionChanged,
 ];
+
+/// What is worse.
+pub const WORSE: [Change; 2] = [Change::NewFailure, Change::WorseFailure];
+
+/// A failure without intervals is worse if it is off by more than so many times what it was.
+const FARTHER: f64 = 1.5;
 
 impl Change {
     pub fn words(self) -> &'static str {
         match self {
             Change::NewFailure => "new failure",
+            Change::WorseFailure => "worse failure",
             Change::NoLongerMade => "no longer made",
             Change::Removed => "removed",
+            Change::FailsOtherwise => "fails otherwise",
             Change::DefinitionChanged => "definition changed",
             Change::Fixed => "fixed",
             Change::NowMade => "now made",
             Change::Added => "added",
+            Change::AcceptedFailure => "accepted failure",
             Change::Moved => "moved",
         }
     }
 }
 
-/// A check that is not as it was.
+/// A check that is not as it was, or fails as it did.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Changed {
     pub id: String,
@@ -65,10 +81,15 @@ pub struct Changed {
 }
 
 impl Changed {
-    /// Its value moved and it fails as before.
-    fn still_fails(&self) -> bool {
-        let fails = |of: &Check| of.outcome == Outcome::Fail;
-        self.change == Change::Moved && self.after.as_ref().is_some_and(fails)
+    /// It came to what it had come to.
+    pub fn is_as_good(&self) -> bool {
+        matches!(self.change, Change::Moved | Change::AcceptedFailure)
+    }
+
+    /// Its value has other bits.
+    pub fn has_other_bits(&self) -> bool {
+        let bits = |of: &Option<Check>| of.as_ref().and_then(|of| of.value).map(f64::to_bits);
+        bits(&self.before) != bits(&self.after)
     }
 }
 
@@ -94,8 +115,6 @@ pub struct Diff {
     pub changes: Vec<Changed>,
     /// Checks that do not fail and are as they were, to the last bit.
     pub same: usize,
-    /// Checks that fail now and failed before by the same definition, whether their values moved or not.
-    pub still_failing: usize,
     /// Measured numbers that are others, the most by their own size first.
     pub moved: Vec<MovedNumber>,
     /// Measured numbers that are the same to the last bit.
@@ -123,15 +142,6 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
     });
     let same_machine = before.machine_kind == run.machine_kind && run.machine_kind.is_some();
     let speeds = speeds(&before.speeds, &run.speeds, same_machine);
-    let fails = |of: &Option<&Check>| of.is_some_and(|check| check.outcome == Outcome::Fail);
-    let failing = checks.values().filter(|both| both.iter().all(fails));
-    let counted_elsewhere = changes.iter().filter(|of| !of.still_fails());
-    let redefined = changes.iter().filter(|of| {
-        let both = [of.before.as_ref(), of.after.as_ref()];
-        of.change == Change::DefinitionChanged && both.iter().all(fails)
-    });
-    let still_failing = failing.count() - redefined.count();
-    let same = checks.len() - counted_elsewhere.count() - still_failing;
     let (moved, unmoved) = numbers(&before.measured, &run.measured);
     Diff {
         baseline: baseline.name.clone(),
@@ -141,8 +151,7 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
         crossgrain: [before.crossgrain.clone(), run.crossgrain.clone()],
         commands: [before.command.clone(), run.command.clone()],
         same_machine,
-        same,
-        still_failing,
+        same: checks.len() - changes.len(),
         verdict: verdict(&changes, &speeds),
         changes,
         speeds,
@@ -167,7 +176,8 @@ fn paired<'a, T>(
 impl Diff {
     /// Values of checks and measured numbers that are others.
     pub fn all_moved(&self) -> usize {
-        let of_checks = self.changes.iter().filter(|of| of.change == Change::Moved);
+        let of_checks = self.changes.iter();
+        let of_checks = of_checks.filter(|of| of.is_as_good() && of.has_other_bits());
         self.moved.len() + of_checks.count()
     }
 
@@ -187,20 +197,18 @@ impl Diff {
                 parts.push(format!("{number} {words}"));
             }
         };
-        // They stand in their order. No check is counted twice.
-        let others: Vec<&Changed> = self.changes.iter().filter(|of| !of.still_fails()).collect();
-        for of in others.chunk_by(|a, b| a.change == b.change) {
-            let words = match (of[0].change, of.len()) {
-                (Change::NewFailure, 2..) => "new failures",
-                (change, _) => change.words(),
-            };
-            count(of.len(), words);
+        // They stand in their order.
+        for of in self.changes.chunk_by(|a, b| a.change == b.change) {
+            let words = of[0].change.words();
+            match of.len() > 1 && words.ends_with("failure") {
+                true => count(of.len(), &format!("{words}s")),
+                false => count(of.len(), words),
+            }
         }
         for (pace, words) in [(Pace::Slower, "slower"), (Pace::Faster, "faster")] {
             let of = self.speeds.iter().filter(|of| of.pace == pace);
             count(of.count(), words);
         }
-        count(self.still_failing, "still failing");
         count(self.same, "as they were");
         let numbers = self.moved.len() + self.unmoved;
         if numbers > 0 {
@@ -213,7 +221,7 @@ impl Diff {
 
 fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Outcome {
     let any = |wanted: &[Change]| changes.iter().any(|of| wanted.contains(&of.change));
-    if any(&[Change::NewFailure]) || speeds.iter().any(|of| of.pace == Pace::Slower) {
+    if any(&WORSE) || speeds.iter().any(|of| of.pace == Pace::Slower) {
         Outcome::Fail
     } else if any(&UNTOLD) {
         Outcome::Skipped
@@ -222,16 +230,18 @@ fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Outcome {
     }
 }
 
-/// None for a check that is as it was.
+/// None for a check that is as it was and does not fail.
 fn changed(id: &str, before: Option<&Check>, after: Option<&Check>) -> Option<Changed> {
     use Outcome::{Fail, Skipped};
     let change = match (before, after) {
         (None, None) => return None,
         (Some(_), None) => Change::Removed,
         (None, Some(after)) if after.outcome == Fail => Change::NewFailure,
+        (None, Some(after)) if after.outcome == Skipped && after.required => Change::NoLongerMade,
         (None, Some(_)) => Change::Added,
         (Some(before), Some(after)) => match (before.outcome, after.outcome) {
-            (Fail, Fail) => return moved(id, before, after),
+            (Fail, Fail) if same_definition(before, after) => failure(before, after),
+            (Fail, Fail) => Change::DefinitionChanged,
             (_, Fail) => Change::NewFailure,
             (Skipped, Skipped) => return None,
             (_, Skipped) => Change::NoLongerMade,
@@ -242,6 +252,35 @@ fn changed(id: &str, before: Option<&Check>, after: Option<&Check>) -> Option<Ch
         },
     };
     Some(of(id, change, before, after))
+}
+
+/// What became of a failure by the same definition.
+fn failure(before: &Check, after: &Check) -> Change {
+    let (Some(old), Some(new)) = (before.value, after.value) else {
+        return match (before.value, after.value) {
+            (Some(_), None) => Change::WorseFailure,
+            (None, None) if before.found == after.found => Change::AcceptedFailure,
+            _ => Change::FailsOtherwise,
+        };
+    };
+    // What is off is off from what is expected, or from the limit that is broken where nothing is.
+    let limit = if after.lower.is_some_and(|lower| new < lower) {
+        after.lower
+    } else {
+        after.upper
+    };
+    let expected = |of: &Check| of.expected.or(limit).unwrap_or(0.0);
+    let off = [old - expected(before), new - expected(after)];
+    let farther = match (before.interval, after.interval) {
+        (Some([_, high]), Some([low, _])) if off[0] > 0.0 => off[1] < 0.0 || low > high,
+        (Some([low, _]), Some([_, high])) => off[1] > 0.0 || high < low,
+        _ => old.to_bits() != new.to_bits() && !(0.0..=FARTHER).contains(&(off[1] / off[0])),
+    };
+    if farther {
+        Change::WorseFailure
+    } else {
+        Change::AcceptedFailure
+    }
 }
 
 /// Both were made and came to the same.
@@ -494,6 +533,15 @@ mod tests {
             Some(check)
         };
         let known = a(1.0, ExpectedFailure);
+        let required = Some(check("a", 0.0, Skipped).required());
+        let told = |found: &str| Some(Check::of_words("a", "", Fail, found));
+        let noisy = |value: f64, noise: f64| {
+            let mut check = check("a", value, Fail);
+            check.interval = Some([value - noise, value + noise]);
+            Some(check)
+        };
+        let within = |noise| noisy(1.6, noise);
+        let (apart, overlapping) = (noisy(1.9, 0.1), noisy(3.2, 0.9));
         let looser = other(|check| check.upper = Some(1.6));
         let unit = other(|check| check.unit = "m".to_owned());
         let method = other(|check| check.method = "by hearsay".to_owned());
@@ -503,14 +551,23 @@ mod tests {
             (a(1.0, Pass), a(1.6, Fail), Some(NewFailure), Worse),
             (None, a(1.6, Fail), Some(NewFailure), Worse),
             (a(0.0, Skipped), a(1.6, Fail), Some(NewFailure), Worse),
-            (a(1.6, Fail), a(1.6, Fail), None, Fine),
-            (a(1.6, Fail), a(1.7, Fail), Some(Moved), Fine),
+            (a(1.6, Fail), a(1.6, Fail), Some(AcceptedFailure), Fine),
+            (a(1.6, Fail), a(1.7, Fail), Some(AcceptedFailure), Fine),
+            (a(1.6, Fail), a(2.0, Fail), Some(WorseFailure), Worse),
+            (a(1.6, Fail), a(0.4, Fail), Some(WorseFailure), Worse),
+            (a(1.6, Fail), a(f64::NAN, Fail), Some(WorseFailure), Worse),
+            (told("off"), told("off"), Some(AcceptedFailure), Fine),
+            (told("off"), told("upside down"), Some(FailsOtherwise), Open),
+            (a(4.55, Fail), a(5.0e4, Fail), Some(WorseFailure), Worse),
+            (within(0.1), apart, Some(WorseFailure), Worse),
+            (within(0.9), overlapping, Some(AcceptedFailure), Fine),
             (a(1.6, Fail), a(1.0, Pass), Some(Fixed), Fine),
             (a(1.0, Pass), a(0.0, Skipped), Some(NoLongerMade), Open),
             (a(1.6, Fail), a(0.0, Skipped), Some(NoLongerMade), Open),
             (a(0.0, Skipped), a(1.0, Pass), Some(NowMade), Fine),
             (a(0.0, Skipped), a(0.0, Skipped), None, Fine),
             (None, a(1.0, Pass), Some(Added), Fine),
+            (None, required, Some(NoLongerMade), Open),
             (a(1.0, Pass), None, Some(Removed), Open),
             (a(1.0, Pass), looser, Some(DefinitionChanged), Open),
             (a(1.0, Pass), unit, Some(DefinitionChanged), Open),
@@ -540,10 +597,13 @@ mod tests {
         let before = of_checks([1.6, 1.6, 1.0, 1.0], outcomes);
         let after = of_checks([1.6, 1.7, 1.1, 1.0], outcomes);
         let diff = between(before.clone(), &after);
-        assert_eq!(diff.in_a_line(), "1 moved, 2 still failing, 1 as they were");
+        assert_eq!(
+            diff.in_a_line(),
+            "2 accepted failures, 1 moved, 1 as they were"
+        );
         let mut after = before.clone();
         after.checks[0].method = "by hearsay".to_owned();
-        let words = "1 definition changed, 1 still failing, 2 as they were";
+        let words = "1 definition changed, 1 accepted failure, 2 as they were";
         assert_eq!(between(before, &after).in_a_line(), words);
     }
 

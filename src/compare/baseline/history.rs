@@ -9,7 +9,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::Baseline;
-use super::diff::{Change, Changed, Pace, diff, pair};
+use super::diff::{Changed, Pace, diff, pair};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Speed};
 use crate::child::Group;
@@ -68,7 +68,9 @@ impl History {
         let mut changes = Vec::new();
         for (index, pair) in records.windows(2).enumerate() {
             let found = diff(&pair[0], &pair[1].record);
-            changes.extend(found.changes.into_iter().map(|of| (index + 1, of)));
+            let moved = |of: &Changed| !of.is_as_good() || of.has_other_bits();
+            let found = found.changes.into_iter().filter(moved);
+            changes.extend(found.map(|of| (index + 1, of)));
         }
         let paces = of_speeds(records);
         let mut steps: Vec<Step> = paces.iter().flat_map(|of| levels(of)).collect();
@@ -177,7 +179,7 @@ fn of_checks(records: &[Baseline], changes: &[(usize, Changed)]) -> Vec<Series> 
     let mut found: BTreeMap<(bool, &str), Vec<usize>> = BTreeMap::new();
     let is_moved = |id: &str| {
         let mut of = changes.iter().filter(|(_, of)| of.id == id);
-        of.all(|(_, of)| of.change == Change::Moved)
+        of.all(|(_, of)| of.is_as_good())
     };
     for (at, of) in changes {
         found

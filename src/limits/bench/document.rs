@@ -116,6 +116,7 @@ impl Bench {
             let id = format!("bench/missed/{}", missed.id);
             let mut check = Check::of_words(id, &missed.what, outcome, &missed.why);
             check.required = missed.needed;
+            check.engine_failed = missed.failed;
             check
         }));
         checks

@@ -8,6 +8,7 @@
 //! many packings of both campaigns are shown to have it.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::Serialize;
 use verdict::judge::Verdict;
@@ -373,6 +374,17 @@ impl Judgement {
 }
 
 impl Comparison {
+    /// Two campaigns of one engine are named with their folders.
+    #[must_use]
+    pub fn told_apart(mut self, folders: [&Path; 2]) -> Self {
+        if self.engines[0] == self.engines[1] {
+            for (engine, folder) in self.engines.iter_mut().zip(folders) {
+                *engine += &format!(" in {}", folder.display());
+            }
+        }
+        self
+    }
+
     /// Every quantity with a margin, or the bits that say all.
     fn checks(&self) -> Vec<Check> {
         let found = format!("{} realizations in both", self.bits.common);
