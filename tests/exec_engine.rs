@@ -75,7 +75,7 @@ fn what_a_program_names_beside_it_counts_as_the_program() {
     let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("ours");
     write("../elsewhere.json", "0");
     std::os::unix::fs::symlink("../elsewhere.json", folder.join("linked.json")).expect("ours");
-    let text = "#!/usr/bin/env python3\nimport package.deep, fast\n# linked.json\n\
+    let text = "#!/usr/bin/env python3\nimport package.deep, fast\n# linked.json job.json\n\
                 k = open(here + '/params.json'); run('./solver')\n";
     let engine = &program(folder, "engine.py", text);
     let files = [
@@ -86,6 +86,7 @@ fn what_a_program_names_beside_it_counts_as_the_program() {
         ("package/deep/__pycache__/law.py", false),
         ("package/notes.txt", false),
         ("env", false),
+        ("job.json", false),
         ("python3.py", false),
         ("../elsewhere.json", false),
     ];

@@ -68,6 +68,15 @@ const LONGEST_SCRIPT: u64 = 1 << 20;
 const MOST_BESIDE: (usize, u64) = (2_000, 64 << 20);
 /// The most entries that are looked at in a program's folder and in packages beside it.
 const MOST_ENTRIES: usize = 100_000;
+/// What a program finds or leaves in its job's folder; files of these names beside the program are not meant.
+const OF_JOBS: [&str; 6] = [
+    "job.json",
+    "scene.json",
+    "initial.csv",
+    "moments.jsonl",
+    "done.json",
+    "effective.json",
+];
 
 /// What tells a program from another one: SHA-256 of its file, and where files beside it belong to it, of these.
 pub fn program_digest(program: &Path) -> Result<String, FileError> {
@@ -115,7 +124,8 @@ impl Beside {
         let mut unseen = MOST_ENTRIES;
         let mut by_word: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
         for path in entries(folder, &mut unseen) {
-            let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+            let name = path.file_name().and_then(|name| name.to_str());
+            let Some(name) = name.filter(|name| !OF_JOBS.contains(name)) else {
                 continue;
             };
             let (stem, end) = name.split_once('.').unwrap_or((name, ""));
