@@ -76,6 +76,7 @@ mod page;
 mod conformance_table;
 mod exec_adapters;
 mod exec_engine;
+mod strangers;
 
 mod yade_driver;
 

@@ -11,13 +11,12 @@ use super::job_folder::Results;
 use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
 use super::{flag, with_options};
-use crate::checks::Outcome;
 use crate::checks::record::{self, Found};
 use crate::compare::first_steps::Beds;
 use crate::compare::from_runs::states_of;
 use crate::document::Section;
 use crate::engine::value_name;
-use crate::error::{Error, exit};
+use crate::error::Error;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report;
@@ -190,10 +189,7 @@ impl Arguments {
         document.sections.extend(more.chain([made]));
         self.output.views.tell("engine check", &text, &document)?;
         self.results.write(&document, &[(CHECK, &text)])?;
-        Ok(match Outcome::from(found.verdict()) {
-            Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
-            outcome => outcome.exit_code(),
-        })
+        Ok(document.exit_code())
     }
 }
 

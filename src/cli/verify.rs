@@ -9,6 +9,7 @@ use super::report::Output;
 use super::run::YadeLimits;
 use super::{flag, with_options};
 use crate::checks::record::{self, Found};
+use crate::compare::first_steps::Beds;
 use crate::error::Error;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
@@ -70,7 +71,9 @@ impl Arguments {
             }
             Several::Exec(program) => {
                 let options = self.limits.exec(program.clone());
-                verify_exec(&options, &self.command(), &display)?
+                // One radius, so that an engine with a stiffness for each can take part.
+                let beds = Beds::new(1000, 0.0);
+                verify_exec(&options, &beds, &self.command(), &display)?
             }
         };
         if asked_to_end() {

@@ -1,7 +1,7 @@
 //! An engine's first hundred steps from a bed, judged, and what is said of them.
 
-use std::cell::OnceCell;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use crate::checks::{Check, Outcome};
 use crate::document::{Section, Table};
@@ -105,7 +105,7 @@ impl Observer for Seen {
 pub struct Beds {
     grains: u32,
     dispersion: f64,
-    made: [OnceCell<Reference>; 2],
+    made: [OnceLock<Reference>; 2],
 }
 
 impl Beds {
@@ -126,7 +126,7 @@ impl From<Reference> for Beds {
         Beds {
             grains: 0,
             dispersion: 0.0,
-            made: [OnceCell::from(reference), OnceCell::new()],
+            made: [OnceLock::from(reference), OnceLock::new()],
         }
     }
 }
@@ -137,7 +137,7 @@ pub fn first_steps(
     beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
-    let mut from = |bed: &OnceCell<Reference>, grains| -> Result<Judgement, EngineError> {
+    let mut from = |bed: &OnceLock<Reference>, grains| -> Result<Judgement, EngineError> {
         let reference = match bed.get() {
             Some(known) => known,
             None => {

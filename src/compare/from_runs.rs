@@ -14,7 +14,7 @@ use grains::measure::HistoryRow;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise, first_contact_punch};
 use grains::scene::Scene;
-use grains::tables::{Bodies, Punch, Stage};
+use grains::tables::{Bodies, Punch, Stage, StopReason};
 use grains::task::{Case, Seen, Start, Task};
 use verdict::envelope::of_replica;
 use verdict::judge::{Excerpt, Reference};
@@ -79,7 +79,16 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
             memory: Vec::new(),
             ..last.into()
         };
-        excerpts.push(Excerpt::new(of, "excerpt-liveliest", scene, from));
+        excerpts.push(Excerpt::new(of, "excerpt-liveliest", scene, from.clone()));
+        if a.settled.is_some() || b.settled.is_some() {
+            let of = "from its liveliest moment into loading, as a scene";
+            excerpts.push(Excerpt::into_loading(
+                of,
+                "excerpt-into-loading",
+                scene,
+                from,
+            ));
+        }
     }
     let runs = [("A", "a", a), ("B", "b", b)];
     let count = if a.last == b.last { 1 } else { 2 };
@@ -95,7 +104,10 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
                 format!("{name}'s settled bed, loading as a scene"),
                 format!("excerpt-{key}"),
             );
-            excerpts.push(Excerpt::new(&of, &key, scene, loading));
+            // Of a job that starts with loading nobody says whose constants its first forces have.
+            if !scene.has_stages() {
+                excerpts.push(Excerpt::new(&of, &key, scene, loading));
+            }
         }
         let punch = punch_at_end(run);
         let stage = punch.map_or(Stage::Settle, |_| Stage::Load);
@@ -279,6 +291,9 @@ impl Replicas {
             );
             return (Some(why), 0);
         }
+        if let Some(why) = against_rules(run) {
+            return (Some(why), 0);
+        }
         let of_runs: Vec<_> = self.0.iter().map(RunFolder::quantities).collect();
         let (mut off, mut count) = (Vec::new(), 0);
         for quantity in run.quantities() {
@@ -315,6 +330,58 @@ impl Replicas {
             }
         }
         ((!off.is_empty()).then(|| off.join("; ")), count)
+    }
+}
+
+/// What of a run's end is against the scene's rules, by its own history.
+fn against_rules(run: &RunFolder) -> Option<String> {
+    let (scene, settle) = (&run.scene, &run.scene.settle);
+    let ended = |stage, stop| {
+        let mut stages = run.record.stages.iter();
+        stages
+            .find(|of| (of.stage, of.stop) == (stage, stop))
+            .map(|of| of.steps)
+    };
+    if let Some(steps) = ended(Stage::Settle, StopReason::Settled)
+        && settle
+            .check_every
+            .is_multiple_of(scene.measurement.history_every)
+    {
+        let looks = run.history.iter().filter(|row| {
+            row.stage == Stage::Settle
+                && row.step > 0
+                && row.step.is_multiple_of(settle.check_every)
+        });
+        let mut peak = start_of(run).seen.energy;
+        let holds = |row: &&HistoryRow| {
+            peak = peak.max(row.kinetic_energy);
+            // The rule may sum in another order.
+            row.kinetic_energy <= settle.kinetic_energy_fraction * peak * (1.0 + ROUNDING)
+        };
+        let first = looks.clone().find(holds).map(|row| row.step);
+        if first != Some(steps) {
+            let first = first.map_or("at none of its looks".to_owned(), |step| {
+                format!("at step {step}")
+            });
+            return Some(format!(
+                "it settled at step {steps}, and by its own history the rule holds {first} first"
+            ));
+        }
+    }
+    let steps = ended(Stage::Load, StopReason::Reached)?;
+    let last = run.history.last()?;
+    let (force, depth) = (last.punch_force?, last.punch_depth?);
+    let target = scene.target_force();
+    let moved = (depth / (scene.loading.speed * scene.time_step_seconds())).round() as u64;
+    match scene.steps_standing_still() {
+        None if force < target * (1.0 - ROUNDING) => Some(format!(
+            "it ended with {force:e} N on the punch, and {target:e} N are asked for"
+        )),
+        Some(standing) if moved + standing != steps => Some(format!(
+            "its punch stood still for {} steps, and {standing} are asked for",
+            steps.saturating_sub(moved)
+        )),
+        _ => None,
     }
 }
 

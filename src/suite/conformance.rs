@@ -34,8 +34,6 @@ pub struct Conformance {
     pub checks: Vec<Check>,
     /// What its first steps from a bed say; none if a job before them found no engine to ask.
     pub first_steps: Option<Judgement>,
-    /// A check failed because the engine gave nothing to judge: it crashed, hung or was not understood.
-    pub engine_failed: bool,
 }
 
 impl Conformance {
@@ -58,21 +56,21 @@ impl Conformance {
 
     /// Adds a check; what is no fault of the engine's own is handed back.
     fn add(&mut self, id: &str, job: &str, said: Said) -> Result<(), EngineError> {
-        let mut refused = false;
+        let (mut refused, mut failed) = (false, false);
         let (outcome, found) = match said {
             Ok(said) => (Outcome::Pass, said),
             Err(Trouble::Wrong(said)) => (Outcome::Fail, said),
             Err(Trouble::Skipped(why)) => (Outcome::Skipped, why),
             Err(Trouble::Engine(EngineError::Program(error))) if !error.is_no_fault_of_it() => {
                 refused = matches!(error, ProgramError::Refused(_));
-                self.engine_failed |= !refused && !error.was_understood();
+                failed = !refused && !error.was_understood();
                 let outcome = [Outcome::Fail, Outcome::Skipped][usize::from(refused)];
                 (outcome, error.to_string())
             }
             Err(Trouble::Engine(error)) => return Err(error),
         };
         let mut check = Check::of_words(format!("engine/{id}"), job, outcome, &found);
-        check.required = refused;
+        (check.required, check.engine_failed) = (refused, failed);
         self.checks.push(check);
         Ok(())
     }
@@ -141,7 +139,6 @@ pub fn conformance(
         engine,
         checks: Vec::new(),
         first_steps: None,
-        engine_failed: false,
     };
     for job in jobs() {
         progress(job.id);
@@ -192,7 +189,6 @@ pub fn of_yade(
         },
         checks: first_steps::checks(&judgement, FIRST_STEPS),
         first_steps: Some(judgement),
-        engine_failed: false,
     })
 }
 
@@ -480,7 +476,7 @@ fn judge_rules(_: &Job, theirs: &Story, native: &Story) -> Result<(), String> {
     }
     Err(format!(
         "settling ended with {found:?} and should with {wanted:?} (steps, reason): every settle.check_every steps, not at step 0, \
-         the kinetic energy Σ½mv² of the written velocities is compared with kinetic_energy_fraction times the largest that was \
+         the kinetic energy Σ½mv² + Σ½Iω² of the written velocities is compared with kinetic_energy_fraction times the largest that was \
          seen at such a step, this one included"
     ))
 }

@@ -489,8 +489,10 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Engi
     })
 }
 
+/// `beds`: from which its first steps are judged beside the cases.
 pub fn verify_exec(
     options: &exec::Options,
+    beds: &Beds,
     command: &str,
     display: &Display,
 ) -> Result<Verification, EngineError> {
@@ -500,13 +502,13 @@ pub fn verify_exec(
         task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
     })?;
     task.done("done");
-    // Small cases do not show what is wrong in a bed alone. One radius, so that an engine with a stiffness for each can take part.
+    // Small cases do not show what is wrong in a bed alone.
     let first_steps = match engine.has(Part::Cases) {
         true => {
             let task = display.task(&format!("a bed in {}", engine.name));
-            let (beds, mut progress) = (Beds::new(GRAINS, 0.0), |of: &str| task.share(0.0, of));
             let asked = Asked::Exec(&engine, options);
-            let found = first_steps::first_steps(asked, &beds, &mut progress)?;
+            let mut progress = |of: &str| task.share(0.0, of);
+            let found = first_steps::first_steps(asked, beds, &mut progress)?;
             task.done("done");
             Some(found)
         }
@@ -518,9 +520,6 @@ pub fn verify_exec(
         ..Verification::new(command, cases)
     })
 }
-
-/// Grains of the bed from which an external engine's first steps are judged beside its cases.
-const GRAINS: u32 = 1000;
 
 impl Verification {
     pub fn document(&self) -> Document {

@@ -47,6 +47,10 @@ pub enum Quantity {
     Normal,
     /// Distance between the contact points over the radius.
     Point,
+    /// Of the punch, over the smallest radius.
+    PunchPlace,
+    /// Force on it times Δt²/(mR) of the smallest grain.
+    PunchForce,
 }
 
 impl Quantity {
@@ -59,6 +63,8 @@ impl Quantity {
         Quantity::TangentialForce,
         Quantity::Normal,
         Quantity::Point,
+        Quantity::PunchPlace,
+        Quantity::PunchForce,
     ];
 
     /// With the unit in which it is counted.
@@ -72,11 +78,13 @@ impl Quantity {
             Quantity::TangentialForce => ("tangential force", "mR/Δt²"),
             Quantity::Normal => ("normal", "rad"),
             Quantity::Point => ("contact point", "R"),
+            Quantity::PunchPlace => ("place", "R"),
+            Quantity::PunchForce => ("force", "mR/Δt²"),
         }
     }
 }
 
-const ALL: usize = MOTION + contacts::NUMBERS;
+const ALL: usize = MOTION + contacts::NUMBERS + 2;
 /// So many are of grains, the rest of contacts.
 const MOTION: usize = 3;
 
@@ -101,7 +109,17 @@ impl Apart {
             grains.map(speed).collect(),
             spins.map(|(a, b)| (a - b).abs() * dt).collect(),
         ];
-        let mut all = of_grains.into_iter().chain(of_contacts);
+        let (radius, mass) = (least(&b.radius), least(&b.mass));
+        let of_punch = match (their.punch, own.punch) {
+            (Some(a), Some(b)) => {
+                let [x, z] = [0, 1].map(|axis| a.centre[axis] - b.centre[axis]);
+                let force = (a.force - b.force).abs() * dt * dt / (mass * radius);
+                [vec![x.hypot(z) / radius], vec![force]]
+            }
+            (None, None) => Default::default(),
+            _ => [vec![f64::INFINITY], vec![f64::INFINITY]],
+        };
+        let mut all = of_grains.into_iter().chain(of_contacts).chain(of_punch);
         Apart {
             numbers: std::array::from_fn(|_| all.next().unwrap_or_default()),
             pairs,
@@ -111,6 +129,7 @@ impl Apart {
     /// What this quantity is of.
     fn body(&self, index: usize, at: usize) -> String {
         match self.pairs.get(at) {
+            _ if index >= MOTION + contacts::NUMBERS => "the punch".to_owned(),
             Some((one, two)) if index >= MOTION => format!("contact {one}–{two}"),
             _ => format!("grain {at}"),
         }
@@ -187,9 +206,9 @@ impl Envelope {
     /// The same of runs that were made already; of the case its model and its grains are asked for.
     pub fn of(case: Case, own: Vec<Snapshot>, replicas: &[Vec<Snapshot>], noise: Noise) -> Self {
         let dt = case.model.dt;
+        let begun = own.first().map_or(0, |of| of.step);
         // No number can be told from its neighbour.
         let (extent, fastest) = largest(&own);
-        let least = |column: &[f64]| column.iter().copied().fold(f64::MAX, f64::min);
         let (radius, mass) = (least(&case.bodies.radius), least(&case.bodies.mass));
         let law = &case.model.law;
         let length = noise.position * extent + noise.overlap;
@@ -203,6 +222,12 @@ impl Envelope {
                 let push = dt * dt / (case.bodies.mass[grain] * case.bodies.radius[grain]);
                 most.max(of.normal_force.abs() * push)
             });
+        let steps = own.last().map_or(0, |of| of.step.abs_diff(begun)).max(1) as f64;
+        let punch = (case.bodies.len() + case.model.walls.len()) as u32;
+        let at_punch = own
+            .iter()
+            .map(|of| of.contacts.iter().filter(|of| of.id1 == punch).count());
+        let on_punch = 1.0 + at_punch.max().unwrap_or(0) as f64;
         let force = spring * length + noise.velocity * force;
         let least = [
             noise.position * extent / radius,
@@ -213,6 +238,9 @@ impl Envelope {
             force,
             length / radius,
             length / radius,
+            // It moves by a sum of steps, each of which is rounded.
+            noise.position * extent * steps / radius,
+            force * on_punch,
         ];
         let mut reach = vec![least.map(|least| [least; SHARES.len()]); own.len()];
         for replica in replicas {
@@ -225,7 +253,6 @@ impl Envelope {
             }
         }
         // Where distances grow by orders they scatter by as much.
-        let begun = own.first().map_or(0, |of| of.step);
         for (reach, own) in reach.iter_mut().zip(&own) {
             if own.step > begun + NARROW_UNTIL {
                 let all = reach.as_flattened_mut().iter_mut();
@@ -379,6 +406,10 @@ fn ratio(apart: &[f64; SHARES.len()], reach: &[f64; SHARES.len()]) -> f64 {
     ratios.fold(0.0, f64::max)
 }
 
+fn least(column: &[f64]) -> f64 {
+    column.iter().copied().fold(f64::MAX, f64::min)
+}
+
 fn is_coarse(noise: Noise) -> bool {
     noise.position.max(noise.velocity).max(noise.overlap) > COARSE
 }
@@ -449,24 +480,40 @@ fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
     Some(faulty)
 }
 
+/// At least so many grains tell how many digits are written.
+const ENOUGH: usize = 50;
+
+/// Whether all places have at most eight decimal digits: the tables are rounded, whatever the engine computes in. A number of single
+/// precision has nine.
+pub fn is_rounded(run: &[Snapshot]) -> bool {
+    let few = |of: &f64| format!("{of:.7e}").parse() == Ok(*of);
+    let last = run
+        .last()
+        .filter(|of| of.step > 0 && of.bodies.len() >= ENOUGH);
+    last.is_some_and(|of| of.bodies.x.iter().chain(&of.bodies.z).all(few))
+}
+
 /// The largest coordinate, m, and the largest velocity component, m/s.
-fn largest(of: &[Snapshot]) -> (f64, f64) {
+pub(crate) fn largest(of: &[Snapshot]) -> (f64, f64) {
     let largest = |columns: [&[f64]; 2]| {
         let all = columns.into_iter().flatten();
         all.fold(0.0f64, |largest, of| largest.max(of.abs()))
     };
-    let first = of.first().map(|of| &of.bodies);
-    first.map_or((0.0, 0.0), |of| {
-        (largest([&of.x, &of.z]), largest([&of.vx, &of.vz]))
+    let first = of.first().map(|of| (&of.bodies, of.punch));
+    first.map_or((0.0, 0.0), |(of, punch)| {
+        let top = punch.map_or(0.0, |of| of.centre[1].abs() + of.half_extents[1]);
+        (largest([&of.x, &of.z]).max(top), largest([&of.vx, &of.vz]))
     })
 }
 
 /// The smallest change, over a metre or over a velocity: about the last bit of a number in double precision.
 const SMALLEST: f64 = 1.0 / (1u64 << 52) as f64;
 /// Each change is so many times the one before.
-const RATIO: f64 = 8.0;
-/// So many changes; the largest is 2·10⁻⁶.
-const CHANGES: i32 = 12;
+const RATIO: f64 = 4.0;
+/// So many changes; the largest is 4·10⁻⁶.
+const CHANGES: i32 = 18;
+/// Two numbers of single precision that follow each other, over their size at most.
+const SINGLE: f64 = 1.0 / (1u32 << 23) as f64;
 /// A change is noticed if so many of the grains answer that answer to the largest one.
 const ANSWERING: f64 = 0.95;
 
@@ -499,22 +546,25 @@ impl Resolution {
         }
     }
 
-    /// Whether it does not notice the largest of the changes, which single precision does: nothing can be told of it.
-    pub fn is_too_coarse(&self) -> bool {
-        let coarsest = self.position.max(self.velocity).max(self.overlap);
-        coarsest > SMALLEST * RATIO.powi(CHANGES - 1)
+    /// Whether it takes no notice of changes that single precision notices in a bed as large as this, m: nothing can be told of it.
+    pub fn is_too_coarse(&self, extent: f64) -> bool {
+        let smallest = |change: f64| {
+            let power = (change / SMALLEST).ln() / RATIO.ln();
+            SMALLEST * RATIO.powi((power - 1.0e-9).ceil() as i32)
+        };
+        let length = smallest(SINGLE * extent);
+        self.position.max(self.overlap) > length || self.velocity > smallest(SINGLE)
     }
 
     /// Whether all numbers are those of double precision, as far as it can be told.
     pub fn is_double(&self) -> bool {
         let coarsest = self.position.max(self.velocity).max(self.overlap);
-        coarsest <= SMALLEST * RATIO * RATIO
+        coarsest <= SMALLEST * RATIO.powi(3)
     }
 
     pub fn name(&self) -> &'static str {
         match self.is_double() {
             true => "double precision",
-            false if self.is_too_coarse() => "less than single precision",
             false => "single precision",
         }
     }

@@ -237,6 +237,8 @@ pub struct Judgement {
     pub grains: usize,
     /// How coarsely the engine computes; that of double precision where it was not measured.
     pub resolution: Resolution,
+    /// The largest coordinate of the states that tell it, m.
+    pub extent: f64,
     /// Every state under every law that the engine says it has.
     pub starts: Vec<OfStart>,
     /// What it says it has not, which counts neither way.
@@ -275,7 +277,7 @@ impl Judgement {
                 Some(format!("nothing has touched yet: {}", short.join(", ")))
             }
             _ if identical => None,
-            _ if self.resolution.is_too_coarse() => Some(format!(
+            _ if self.resolution.is_too_coarse(self.extent) => Some(format!(
                 "it takes no notice of changes of its start that single precision notices ({:.0e} m in places, {:.0e} m in overlaps, \
                  {:.0e} of a velocity), so a fault of that size could not be seen",
                 self.resolution.position, self.resolution.overlap, self.resolution.velocity
@@ -325,13 +327,15 @@ const MOST_FORMS: usize = 3;
 
 /// A few hundred steps of a scene's run, that an engine is asked for as it is for the whole: with its stages, its punch and
 /// its count of steps, none of which a case has.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Excerpt {
     /// In words, and for identifiers.
     pub start: String,
     pub key: String,
     pub scene: Scene,
     pub task: Task,
+    /// For engines in double precision.
+    double: OnceLock<Envelope>,
 }
 
 /// The steps of an excerpt, and at which multiples it is looked at.
@@ -358,6 +362,7 @@ impl Excerpt {
             key: key.to_owned(),
             scene,
             task: Task { start: from, until },
+            double: OnceLock::new(),
         }
     }
 
@@ -370,6 +375,20 @@ impl Excerpt {
         }
     }
 
+    /// From a state that pours into loading: the rule that ends settling holds soon, and the punch goes a little way down. Contacts
+    /// have a history by then.
+    pub fn into_loading(start: &str, key: &str, scene: &Scene, from: grains::task::Start) -> Self {
+        let mut of = Excerpt::new(start, key, scene, from);
+        let (scene, task) = (&mut of.scene, &mut of.task);
+        task.until = Until::EndOfLoading;
+        (task.start.step, task.start.seen) = (0, grains::task::Seen::default());
+        scene.settle.kinetic_energy_fraction = 1.0;
+        scene.settle.check_every = 2 * EXCERPT_EVERY;
+        let steps = (STEPS_OF_EXCERPT - scene.settle.check_every) as f64;
+        scene.loading.give_up_depth = steps * scene.loading.speed * scene.time_step_seconds();
+        of
+    }
+
     fn native(&self, noise: Option<Noise>) -> Result<Vec<Snapshot>, NativeError> {
         let mut seen = Seen::default();
         let options = native::Options {
@@ -378,6 +397,25 @@ impl Excerpt {
         };
         native::run(&self.scene, &self.task, &options, &mut seen)?;
         Ok(seen.0)
+    }
+
+    fn envelope(&self, noise: Noise) -> Result<Envelope, NativeError> {
+        let own = self.native(None)?;
+        let runs = in_parallel(envelope::replicas(noise), |replica| {
+            self.native(Some(envelope::of_replica(noise, replica)))
+        });
+        let runs: Result<Vec<_>, _> = runs.into_iter().collect();
+        let stage = self.task.start.stage;
+        let case = Case {
+            name: self.start.clone(),
+            model: Model::in_stage(&self.scene, stage),
+            bodies: own
+                .first()
+                .map_or_else(Bodies::default, |of| of.bodies.clone()),
+            punch: None,
+            moments: Vec::new(),
+        };
+        Ok(Envelope::of(case, own, &runs?, noise))
     }
 
     /// Holds a run of it against replicas of the native one.
@@ -398,22 +436,17 @@ impl Excerpt {
                 return Ok(judged);
             }
         };
-        let (own, noise) = (self.native(None)?, resolution.noise());
-        let runs = in_parallel(envelope::replicas(noise), |replica| {
-            self.native(Some(envelope::of_replica(noise, replica)))
-        });
-        let runs: Result<Vec<_>, _> = runs.into_iter().collect();
-        let stage = self.task.start.stage;
-        let case = Case {
-            name: self.start.clone(),
-            model: Model::in_stage(&self.scene, stage),
-            bodies: own
-                .first()
-                .map_or_else(Bodies::default, |of| of.bodies.clone()),
-            punch: None,
-            moments: Vec::new(),
+        let known = self
+            .double
+            .get()
+            .filter(|_| resolution == Resolution::DOUBLE);
+        let envelope = match known {
+            Some(known) => known.clone(),
+            None => self.envelope(resolution.noise())?,
         };
-        let envelope = Envelope::of(case, own, &runs?, noise);
+        if resolution == Resolution::DOUBLE {
+            self.double.get_or_init(|| envelope.clone());
+        }
         judged.farthest = envelope.farthest(&theirs);
         judged.verdict = verdict(&judged.farthest, &theirs, &envelope.own);
         judged.tables = envelope.tables_in_words(&theirs);
@@ -443,6 +476,7 @@ fn verdict(farthest: &Option<Farthest>, theirs: &[Snapshot], own: &[Snapshot]) -
 pub struct Reference {
     states: Vec<State>,
     pub excerpts: Vec<Excerpt>,
+    names_causes: bool,
     /// For engines in double precision, made when the first engine has answered the case.
     double: Vec<OnceLock<Native>>,
     /// What none of them shows, of the states that an engine was asked for.
@@ -505,9 +539,18 @@ impl Reference {
     pub fn of(states: Vec<State>, excerpts: Vec<Excerpt>) -> Self {
         Reference {
             excerpts,
+            names_causes: true,
             double: states.iter().map(|_| OnceLock::new()).collect(),
             states,
             unseen: Arc::default(),
+        }
+    }
+
+    /// Causes are not looked for: that takes most of the time.
+    pub fn without_causes(self) -> Self {
+        Reference {
+            names_causes: false,
+            ..self
         }
     }
 
@@ -539,6 +582,7 @@ impl Reference {
         let mut judgement = Judgement {
             grains: states.first().map_or(0, |(_, of)| of.case.bodies.len()),
             resolution: Resolution::DOUBLE,
+            extent: 0.0,
             starts: Vec::new(),
             not_asked,
             limits: Vec::new(),
@@ -571,6 +615,12 @@ impl Reference {
                 Ok(theirs) => {
                     progress(&format!("replicas: {}", of.case.name));
                     let is_double = resolution == Resolution::DOUBLE;
+                    if envelope::is_rounded(&theirs) {
+                        let why = "it writes at most 8 digits, and numbers must read back to the same bits (17 digits)";
+                        judged.skipped = Some(why.to_owned());
+                        judgement.starts.push(judged);
+                        continue;
+                    }
                     looked_at.push(index);
                     let double = &self.double[index];
                     let native = match double.get() {
@@ -586,6 +636,10 @@ impl Reference {
                         native,
                         theirs,
                     };
+                    if of.probed {
+                        let (extent, _) = envelope::largest(&answered.native.envelope.own);
+                        judgement.extent = judgement.extent.max(extent);
+                    }
                     judged.verdict = answered.verdict();
                     judged.farthest = answered.farthest.clone();
                     judged.tables = answered.native.envelope.tables_in_words(&answered.theirs);
@@ -606,7 +660,7 @@ impl Reference {
             progress("what would not have been seen");
             judgement.unseen = self.unseen(looked_at, &all);
         }
-        if judgement.verdict() == Verdict::Different {
+        if self.names_causes && judgement.verdict() == Verdict::Different {
             judgement.causes = causes(&all, resolution, progress);
         }
         Ok(judgement)

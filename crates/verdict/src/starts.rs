@@ -126,6 +126,16 @@ impl LawKind {
                 axis: Axis::X,
                 place,
             });
+            // And a ceiling on the highest grain, for walls are felt from both sides.
+            let tops = bodies
+                .z
+                .iter()
+                .zip(&bodies.radius)
+                .map(|(z, radius)| z + radius);
+            model.walls.push(Wall {
+                axis: Axis::Z,
+                place: tops.fold(0.0, f64::max) - 1.0e-4 * smallest,
+            });
             if let Some(punch) = &mut case.punch {
                 punch.velocity *= 0.4;
                 punch.half_extents[0] *= 0.98;
@@ -201,6 +211,7 @@ const ALL_GRAINS: f64 = 5000.0;
 const SPIN: f64 = 5.0;
 /// How far the punch has sunk at least, over the mean radius; at most it is twice as far.
 const PRESSED: f64 = 6.0;
+const ROUGH: &str = "excerpt-pouring-friction";
 /// An excerpt of pouring begins with this step.
 const LATER: u64 = 1000;
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
@@ -312,7 +323,7 @@ impl Bed {
             };
             Some(Excerpt::new(of, key, scene, from))
         };
-        let parts = [
+        let excerpts = [
             excerpt(Start::Pouring, &self.scene, "pouring", "excerpt-pouring"),
             excerpt(
                 Start::AtRest,
@@ -320,20 +331,17 @@ impl Bed {
                 "the beginning of loading",
                 "excerpt-loading",
             ),
-            excerpt(
-                Start::Pouring,
-                &rough,
-                "pouring with friction",
-                "excerpt-pouring-friction",
-            ),
-            excerpt(
-                Start::AtRest,
-                &staged,
-                "the beginning of loading with other constants",
-                "excerpt-loading-stages",
-            ),
+            excerpt(Start::Pouring, &rough, "pouring with friction", ROUGH),
         ];
-        parts.into_iter().flatten().collect()
+        let mut excerpts: Vec<Excerpt> = excerpts.into_iter().flatten().collect();
+        let name = "pouring with friction, then loading with other constants";
+        let pouring = excerpts
+            .iter()
+            .find(|of| of.key == ROUGH)
+            .map(|of| of.task.start.clone());
+        excerpts
+            .extend(pouring.map(|of| Excerpt::into_loading(name, "excerpt-stages", &staged, of)));
+        excerpts
     }
 
     /// The states under every law.

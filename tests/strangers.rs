@@ -1,0 +1,192 @@
+//! Engines by someone who has not read the judge, in scenes of their own: wrong ones, each of which ignores, swaps or hard-codes one
+//! thing or writes one table wrongly, and right ones. None that is wrong may be called agreed by `compare`, `engine check` or `verify`,
+//! and none that is right may be accused. The table is kept in `reference_data/strangers-1.csv` (made anew with CROSSGRAIN_KEEP=1).
+//! `verify` takes the most time: every fourth engine goes through it, and all when the table is made anew.
+
+use crossgrain::checks::Outcome;
+use crossgrain::compare::compare;
+use crossgrain::compare::first_difference::Locator;
+use crossgrain::compare::first_steps::Beds;
+use crossgrain::compare::from_runs::states_of;
+use crossgrain::engine::exec::Options;
+use crossgrain::run::folder::read_scene;
+use crossgrain::run::{Engine, recorded};
+use crossgrain::suite::conformance::conformance;
+use crossgrain::suite::run::verify_exec;
+use evidence::in_parallel;
+use serde::Deserialize;
+use verdict::judge::Reference;
+use verdict::starts::DISPERSION;
+
+use crate::support::*;
+
+/// Grains of the bed, more than the ids from which one of the faults begins.
+const GRAINS: u32 = 600;
+
+const NOT_RUN: &str = "not run";
+
+#[derive(Deserialize)]
+struct Stranger {
+    name: String,
+    switch: String,
+    flags: String,
+    right: bool,
+    scene: Option<String>,
+    steps: Option<u64>,
+    until: Option<String>,
+    #[serde(default)]
+    seen_in: Vec<String>,
+}
+
+impl Stranger {
+    fn protocol(&self) -> Protocol {
+        match (self.steps, self.until.as_deref()) {
+            (Some(steps), _) => Protocol::Steps { steps },
+            (None, Some("settled")) => Protocol::Settled,
+            (None, _) => Protocol::Whole,
+        }
+    }
+
+    /// Whether it does anything wrong in this kind of job.
+    fn shows_in(&self, kind: &str) -> bool {
+        self.seen_in.iter().any(|of| of == kind)
+    }
+}
+
+fn here(name: &str) -> PathBuf {
+    root("tests/strangers").join(name)
+}
+
+/// The program of a stranger: one binary for each set of flags, and a link of the stranger's name to it.
+fn program(folder: &Path, of: &Stranger) -> PathBuf {
+    let built = folder.join(format!("{:x}", of.flags.len()) + &of.flags.replace(' ', "_"));
+    if !built.exists() {
+        fs::create_dir(&built).expect("a folder");
+        let mut command = Command::new("sh");
+        let line = format!("cc {} -o \"$1\" \"$2\" -lm", of.flags);
+        command
+            .args(["-c", &line, "sh"])
+            .arg(built.join("engine"))
+            .arg(here("engine.c"));
+        assert!(command.status().expect("a shell").success(), "{line}");
+    }
+    let link = built.join(format!("engine--{}", of.switch));
+    if !link.exists() {
+        fs::copy(built.join("engine"), &link).expect("a copy");
+    }
+    link
+}
+
+#[test]
+fn no_wrong_engine_of_a_stranger_is_agreed_with_and_no_right_one_accused() {
+    let strangers: Vec<Stranger> =
+        serde_json::from_value(json_of(here("strangers.json"))).expect("a list");
+    let all = std::env::var_os("CROSSGRAIN_KEEP").is_some();
+    let only = std::env::var("CROSSGRAIN_STRANGER").ok();
+    let folder = &new_folder();
+    let reference = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
+    let beds = Beds::from(reference.without_causes());
+    let scene_of = |name: &str| read_scene(&here("scenes").join(name)).expect("a scene");
+    let run = |of: &Stranger, name: &str, engine: Engine| {
+        let (scene, work) = (scene_of(name), new_folder());
+        let start = initial_bodies(&scene);
+        recorded(
+            &scene,
+            &engine,
+            of.protocol(),
+            start,
+            &work,
+            &mut |_, _, _| (),
+        )
+    };
+    let key = |of: &Stranger, name: &str| format!("{name} {:?}", of.protocol());
+    let mut of_scenes: BTreeMap<String, Beds> = BTreeMap::new();
+    let mut natives: BTreeMap<String, RunFolder> = BTreeMap::new();
+    let chosen = |of: &Stranger| only.as_ref().is_none_or(|only| of.name == *only);
+    let strangers: Vec<Stranger> = strangers.into_iter().filter(chosen).collect();
+    for of in &strangers {
+        program(folder, of);
+        let Some(name) = &of.scene else { continue };
+        let native = || run(of, name, Engine::Native(sound())).expect("a run");
+        natives.entry(key(of, name)).or_insert_with(native);
+        if !of.right && !of.shows_in("cases") {
+            let states = || states_of(&scene_of(name)).expect("states");
+            let beds = || Beds::from(states().without_causes());
+            of_scenes.entry(name.clone()).or_insert_with(beds);
+        }
+    }
+    let judged = in_parallel(strangers.len(), |at| {
+        let of = &strangers[at];
+        let options = Options::new(program(folder, of));
+        // A verdict of compare is about its scene: an engine that is right there may be agreed with.
+        let scene = of
+            .scene
+            .as_ref()
+            .filter(|_| of.right || of.shows_in("scene"));
+        let compared = scene.map_or(NOT_RUN, |name| {
+            let Ok(theirs) = run(of, name, Engine::Exec(options.clone())) else {
+                return "engine failed";
+            };
+            let locator = Locator {
+                programs: vec![options.clone()],
+                ..Locator::default()
+            };
+            let native = &natives[&key(of, name)];
+            compare(&theirs, native, Some(&locator))
+                .verdict()
+                .in_words()
+        });
+        // What shows in a user's scene alone is judged from that scene.
+        let of_scene = of.scene.as_ref().and_then(|name| of_scenes.get(name));
+        let of_scene = of_scene.filter(|_| !of.right && !of.shows_in("cases"));
+        let checked = match conformance(&options, of_scene.unwrap_or(&beds), &mut |_| ()) {
+            Ok(found) => found.verdict().in_words(),
+            Err(_) => "engine failed",
+        };
+        let verify =
+            (all || at % 4 == 0).then(|| verify_exec(&options, &beds, "", &Display::new(true)));
+        let verified = match verify {
+            None => NOT_RUN,
+            Some(Ok(found)) => match found.verdict() {
+                Outcome::Pass => "agreed",
+                Outcome::Fail => "different",
+                Outcome::Skipped | Outcome::ExpectedFailure => "undecided",
+            },
+            Some(Err(_)) => "engine failed",
+        };
+        let is = if of.right { "right" } else { "wrong" };
+        let row = format!("{},{is},{compared},{checked},{verified}", of.name);
+        println!("{row}");
+        let agreed = |of: &str| ["identical", "equal to rounding", "agreed"].contains(&of);
+        let accused = |of: &str| ["different", "engine failed"].contains(&of);
+        let mistaken = match of.right {
+            true => accused(compared) || accused(checked),
+            // The suite is of cases.
+            false => {
+                let in_cases = of.shows_in("cases");
+                agreed(compared) || agreed(checked) || in_cases && agreed(verified)
+            }
+        };
+        (row, mistaken)
+    });
+    let mistakes: Vec<&String> = judged.iter().filter(|of| of.1).map(|of| &of.0).collect();
+    let head = ["engine,is,compare,engine check,verify".to_owned()];
+    let rows: Vec<String> = head
+        .into_iter()
+        .chain(judged.iter().map(|of| of.0.clone()))
+        .collect();
+    let kept = root("reference_data/strangers-1.csv");
+    let found = rows.join("\n") + "\n";
+    if all {
+        fs::write(&kept, &found).expect("writable");
+    }
+    assert!(mistakes.is_empty(), "{mistakes:#?}");
+    let kept = text_of(kept);
+    for row in found.lines() {
+        let same = |kept: &str| {
+            let mut both = row.split(',').zip(kept.split(','));
+            both.all(|(now, then)| now == then || now == NOT_RUN)
+        };
+        assert!(kept.lines().any(same), "not as recorded: {row}");
+    }
+}
