@@ -106,7 +106,12 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
             );
             // Of a job that starts with loading nobody says whose constants its first forces have.
             if !scene.has_stages() {
-                excerpts.push(Excerpt::new(&of, &key, scene, loading));
+                excerpts.push(Excerpt::new(&of, &key, scene, loading.clone()));
+                let (of, key) = (
+                    format!("{name}'s settled bed, loading to its end"),
+                    format!("{key}-to-end"),
+                );
+                excerpts.extend(Excerpt::to_end(&of, &key, scene, loading)?);
             }
         }
         let punch = punch_at_end(run);

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use evidence::in_parallel;
 use grains::model::{Model, Wall};
 use grains::native::{self, NativeError, Noise};
-use grains::scene::Scene;
+use grains::scene::{AfterForce, Scene};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::{Case, Observer, Task, Until};
 use grains::variant::{self, Constant, Form, Variant};
@@ -384,9 +384,30 @@ impl Excerpt {
         (task.start.step, task.start.seen) = (0, grains::task::Seen::default());
         scene.settle.kinetic_energy_fraction = 1.0;
         scene.settle.check_every = 2 * EXCERPT_EVERY;
-        let steps = (STEPS_OF_EXCERPT - scene.settle.check_every) as f64;
+        // Between two steps, where rounding makes no difference.
+        let steps = (STEPS_OF_EXCERPT - scene.settle.check_every) as f64 - 0.5;
         scene.loading.give_up_depth = steps * scene.loading.speed * scene.time_step_seconds();
         of
+    }
+
+    /// From a bed at rest to the end of loading, with a force that is reached in a few hundred steps, after which the punch stands still
+    /// for some. None where the punch meets nothing so soon.
+    pub fn to_end(
+        start: &str,
+        key: &str,
+        scene: &Scene,
+        from: grains::task::Start,
+    ) -> Result<Option<Self>, NativeError> {
+        let mut of = Excerpt::new(start, key, scene, from);
+        let forces = of.native(None)?;
+        let forces = forces.iter().filter_map(|of| of.punch).map(|of| of.force);
+        let largest = forces.fold(0.0, f64::max);
+        let dt = scene.time_step_seconds();
+        let loading = &mut of.scene.loading;
+        loading.pressure = 0.8 * largest / (2.0 * loading.half_width);
+        loading.after_force = AfterForce::StandStill { seconds: 40.0 * dt };
+        of.task.until = Until::EndOfLoading;
+        Ok((largest > 0.0).then_some(of))
     }
 
     fn native(&self, noise: Option<Noise>) -> Result<Vec<Snapshot>, NativeError> {
@@ -532,7 +553,7 @@ impl Reference {
     ) -> Result<Self, NativeError> {
         progress("pouring a bed");
         let bed = Bed::new(grains, dispersion)?;
-        Ok(Reference::of(bed.states(), bed.excerpts()))
+        Ok(Reference::of(bed.states(), bed.excerpts()?))
     }
 
     /// Of these states and excerpts of scenes.
