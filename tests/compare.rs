@@ -160,8 +160,8 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
         toy.replace(from, to)
     });
     let engine = engine(folder, "toy.py", &toy);
-    ran_in(folder, "native", &["--steps", "2500"], "native");
-    ran_in(folder, &engine, &["--steps", "2500"], "theirs");
+    ran_in(folder, "native", &["--steps", "6000"], "native");
+    ran_in(folder, &engine, &["--steps", "6000"], "theirs");
     let asked = if asked { 5 } else { 3 };
     let compare = ["compare", "native", "theirs", "--engine", &engine];
     let (code, text, errors) = say(folder, &compare[..asked]);

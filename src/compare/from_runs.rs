@@ -75,7 +75,9 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
         );
         add(start, "liveliest", Stage::Settle, &last.bodies, None);
         let of = "its liveliest moment, as a scene";
+        // Some engines count their own steps alone.
         let from = Start {
+            step: 0,
             memory: Vec::new(),
             ..last.into()
         };

@@ -218,8 +218,6 @@ const FASTER: f64 = 4.0;
 /// How far the punch has sunk at least, over the mean radius; at most it is twice as far.
 const PRESSED: f64 = 6.0;
 const ROUGH: &str = "excerpt-pouring-friction";
-/// An excerpt of pouring begins with this step.
-const LATER: u64 = 1000;
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
 const LOOKED_AT: u64 = 50;
 
@@ -323,8 +321,6 @@ impl Bed {
             can_turn(scene, &mut bodies);
             let from = grains::task::Start {
                 stage,
-                // Steps of pouring do not begin with this one.
-                step: if stage == Stage::Settle { LATER } else { 0 },
                 ..bodies.into()
             };
             Some(Excerpt::new(of, key, scene, from))
