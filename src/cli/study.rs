@@ -393,6 +393,9 @@ impl Figures {
             // First, as it runs nothing and may have nothing to draw.
             members = distributions(campaign)?;
         }
+        // A place that cannot be written is told before seconds of work.
+        let out = self.out;
+        std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
         let plots = members.iter().flat_map(Distribution::plots);
         let fifth = Section::new("Figure 5", words).with_all(plots);
         let chains = force_chains(&loaded_bed(&scene)?)?;
@@ -421,7 +424,6 @@ impl Figures {
             ],
             checks: Vec::new(),
         };
-        let out = self.out;
         let page = page(&document);
         page.write(&out)?;
         let files: Vec<&str> = page.files.iter().map(|(name, _)| name.as_str()).collect();

@@ -58,8 +58,10 @@ pub fn usual_limits() -> Limits {
 pub struct ExternalEngine {
     pub options: Options,
     pub description: Description,
-    /// [`program_digest`] before it was asked; a run of another program is an error.
+    /// [`program_digest`] before it was asked.
     pub digest: String,
+    /// The digest of its code before it was asked; a run of another program is an error.
+    code: String,
 }
 
 /// The longest text in which names are looked for, bytes.
@@ -80,8 +82,13 @@ const OF_JOBS: [&str; 6] = [
 
 /// What tells a program from another one: SHA-256 of its file, and where files beside it belong to it, of these.
 pub fn program_digest(program: &Path) -> Result<String, FileError> {
+    digest_with(program, |_| true)
+}
+
+fn digest_with(program: &Path, counts: impl Fn(&Path) -> bool) -> Result<String, FileError> {
     let mut digests = file_digest(program)?;
-    let beside = Beside::of(program)?;
+    let mut beside = Beside::of(program)?;
+    beside.files.retain(|_, path| counts(path));
     if beside.files.is_empty() {
         return Ok(digests);
     }
@@ -235,15 +242,17 @@ impl ExternalEngine {
     pub fn ask(options: Options) -> Result<Self> {
         Ok(ExternalEngine {
             digest: program_digest(&options.program).map_err(not_started(&options.program))?,
+            code: digest_with(&options.program, is_code).map_err(not_started(&options.program))?,
             description: describe(&options)?,
             options,
         })
     }
 
-    /// That no other program stands in the place of the one that was asked. One that was removed since has run.
+    /// That no other program stands in the place of the one that was asked. One that was removed since has run, and files
+    /// that are no code may be written by the program itself.
     fn check_unchanged(&self) -> Result<()> {
         let path = &self.options.program;
-        if path.exists() && program_digest(path)? != self.digest {
+        if path.exists() && digest_with(path, is_code)? != self.code {
             return Err(ProgramError::Changed { path: path.clone() });
         }
         Ok(())
