@@ -54,7 +54,7 @@ fn judged(reference: &Reference, program: PathBuf) -> Judgement {
     let options = Options::new(program);
     let engine = exec::describe(&options).expect("a description");
     let of = from_bed(reference, Asked::Exec(&engine, &options), &mut |_| ());
-    of.unwrap_or_else(|_| panic!("{} failed", options.program.display()))
+    of.unwrap_or_else(|error| panic!("{}: {error}", options.program.display()))
 }
 
 /// Whether the diagnosis names the cause: a constant with its factor to a part in 10⁹, or words of its own.

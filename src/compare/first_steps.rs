@@ -174,8 +174,14 @@ pub fn from_bed(
             _ if nobody_to_ask => {}
             Some(lacking) => found.not_asked.push(of.not_asked(lacking)),
             None => {
-                let answer = engine.run_excerpt(of)?;
-                found.starts.push(of.judge(answer, found.resolution)?);
+                let judged = match engine.run_excerpt(of) {
+                    // What is wrong with it is known, and may well end its run.
+                    Err(error) if found.verdict() == Verdict::Different => {
+                        of.failed(error.to_string())
+                    }
+                    answer => of.judge(answer?, found.resolution)?,
+                };
+                found.starts.push(judged);
             }
         }
     }

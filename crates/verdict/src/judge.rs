@@ -439,24 +439,30 @@ impl Excerpt {
         Ok(Envelope::of(case, own, &runs?, noise))
     }
 
-    /// Holds a run of it against replicas of the native one.
-    pub fn judge(&self, answer: Answer, resolution: Resolution) -> Result<OfStart, NativeError> {
-        let mut judged = OfStart {
+    fn not_looked_at(&self, verdict: Verdict, why: Option<String>) -> OfStart {
+        OfStart {
             law: AS_A_SCENE.to_owned(),
             start: self.start.clone(),
             key: self.key.clone(),
-            verdict: Verdict::Undecided,
-            skipped: None,
+            verdict,
+            skipped: why,
             farthest: None,
             tables: None,
-        };
+        }
+    }
+
+    /// That the engine failed on it.
+    pub fn failed(&self, why: String) -> OfStart {
+        self.not_looked_at(Verdict::Different, Some(why))
+    }
+
+    /// Holds a run of it against replicas of the native one.
+    pub fn judge(&self, answer: Answer, resolution: Resolution) -> Result<OfStart, NativeError> {
         let theirs = match answer {
             Ok(theirs) => theirs,
-            Err(reason) => {
-                judged.skipped = Some(reason);
-                return Ok(judged);
-            }
+            Err(reason) => return Ok(self.not_looked_at(Verdict::Undecided, Some(reason))),
         };
+        let mut judged = self.not_looked_at(Verdict::Undecided, None);
         let known = self
             .double
             .get()
