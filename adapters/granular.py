@@ -26,6 +26,7 @@ APPROXIMATION = (
     "at most %d stiffnesses of grains: a bed of more radii has that many classes of radius, and a pair the k_n of its "
     "classes' middle radii" % MOST_CLASSES
 )
+FORMS = [{"classes_of_radius": MOST_CLASSES}]
 PARTS = ["normal_spring", "local_damping", "gravity", "walls", "punch", "stop_rules", "cases", "timing"]
 # Drag over the root of mean mass times stiffness: about the dissipation that Cundall's damping gives a settled bed.
 DRAG = 0.016
@@ -421,7 +422,7 @@ def serve_program(title, name, package, script, written, timing):
 
     def description():
         find(name, package)
-        return {"name": title, "version": version(name), "parts": PARTS, "approximations": [APPROXIMATION]}
+        return {"name": title, "version": version(name), "parts": PARTS, "approximations": [APPROXIMATION], "forms": FORMS}
 
     def in_folder(runs):
         def run(job):

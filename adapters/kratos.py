@@ -252,7 +252,7 @@ def description():
     from importlib.metadata import version
 
     program()
-    return {"name": "Kratos DEM", "version": version("KratosDEMApplication"), "parts": PARTS, "approximations": APPROXIMATIONS}
+    return {"name": "Kratos DEM", "version": version("KratosDEMApplication"), "parts": PARTS, "approximations": APPROXIMATIONS, "forms": [{"damping_velocity": 0.0}]}
 
 
 if __name__ == "__main__":

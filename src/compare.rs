@@ -196,10 +196,15 @@ impl Comparison {
         for (run, of) in &self.first_steps {
             said += &format!(". {run}: {}", first_steps::answer(of));
         }
+        for of in self.checks.iter().filter(|of| of.id.contains(PROGRAM)) {
+            said += &format!(" Of {} {}.", of.quantity, of.found);
+        }
         first_steps::with_verdict(self.verdict(), &said)
     }
 }
 
+/// The checks that a run's program is the one that is asked, by its digest.
+const PROGRAM: &str = "program-";
 /// The check that both runs go equally far.
 const PROTOCOL: &str = "same-protocol";
 const SAME_OPERATIONS: &str =
@@ -350,6 +355,10 @@ fn expect_rounding(
         match judged {
             Ok(None) => continue,
             Ok(Some(judgement)) => {
+                if let Some(Ok(covered)) = locator.and_then(|of| of.covered(run)) {
+                    let id = format!("{PROGRAM}{lower}");
+                    comparison.check(&id, &format!("{name}'s program"), Outcome::Pass, &covered);
+                }
                 noise = judgement.resolution.noise();
                 let checks = first_steps::checks(&judgement, &id);
                 comparison.checks.extend(checks);

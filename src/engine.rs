@@ -22,6 +22,7 @@ use grains::native::{NativeError, Trouble};
 use grains::scene::Scene;
 use grains::tables::Stage;
 use grains::task::{Case, Task, Until};
+use grains::variant::Form;
 
 /// With the error of an engine that is a program, if no other is named.
 pub type Result<T, E = ProgramError> = std::result::Result<T, E>;
@@ -182,7 +183,7 @@ fn read_json<T: DeserializeOwned>(path: &Path, longest: u64, name: &str) -> Resu
     parsed(&text, name)
 }
 
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
     pub protocol: u32,
@@ -192,6 +193,9 @@ pub struct Description {
     /// Where it does something else than the model says, in words; shown wherever its results are.
     #[serde(default)]
     pub approximations: Vec<String>,
+    /// Terms of the model that it has in another form; what is found wrong is explained by them first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub forms: Vec<Form>,
 }
 
 impl Description {

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::bits::{self, NumberPair, TableBits};
 use crate::engine::{exec, yade};
+use crate::files::FileError;
 use crate::files::work_folder;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
@@ -124,6 +125,14 @@ impl Locator {
                 Engine::Exec(self.program(&described.name, digest)?)
             }
         })
+    }
+
+    /// What the digest of a run's program covers; none where no program was named for it.
+    pub fn covered(&self, run: &RunFolder) -> Option<Result<String, FileError>> {
+        match self.engine_of(run) {
+            Ok(Engine::Exec(options)) => Some(exec::covered(&options.program)),
+            _ => None,
+        }
     }
 
     /// The program that made a run: another one would find another difference.

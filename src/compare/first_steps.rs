@@ -13,6 +13,7 @@ use grains::model::Model;
 use grains::native;
 use grains::tables::Snapshot;
 use grains::task::{Case, Observer};
+use grains::variant::Form;
 use verdict::Answer;
 use verdict::envelope::{FACTOR, REPLICAS};
 use verdict::judge::{Cause, Excerpt, Judgement, Limit, OfStart, Reference, Verdict};
@@ -30,7 +31,7 @@ pub enum Asked<'a> {
     Exec(&'a Description, &'a exec::Options),
 }
 
-impl Asked<'_> {
+impl<'a> Asked<'a> {
     /// What it does not have of what the case asks for.
     pub fn lacks(self, case: &Case) -> Option<String> {
         match self {
@@ -40,6 +41,14 @@ impl Asked<'_> {
                 let missing = missing_for_case(engine, case);
                 (!missing.is_empty()).then(|| Part::list(&missing))
             }
+        }
+    }
+
+    /// The terms that it says it has in another form.
+    fn declared(self) -> &'a [Form] {
+        match self {
+            Asked::Exec(engine, _) => &engine.forms,
+            Asked::Native(_) | Asked::Yade(_) => &[],
         }
     }
 
@@ -166,7 +175,12 @@ pub fn from_bed(
         let work = work_folder().map_err(ProgramError::File)?;
         engine.run(cases, work.path())
     };
-    let mut found = reference.judge(&|case| engine.lacks(case), &mut run, progress)?;
+    let mut found = reference.judge(
+        engine.declared(),
+        &|case| engine.lacks(case),
+        &mut run,
+        progress,
+    )?;
     let nobody_to_ask = found.starts.iter().all(|of| of.skipped.is_some());
     for of in &reference.excerpts {
         progress(&of.start);

@@ -210,8 +210,10 @@ fn leaves(scene: &Scene) -> BTreeMap<String, String> {
     leaves
 }
 
-/// Fewer packings than this decide nothing.
+/// With fewer packings than this nothing holds.
 pub const FEWEST: usize = 30;
+/// A claim does not hold with this many realizations at least: fewer have intervals that are too narrow.
+const FEWEST_AGAINST: usize = 10;
 /// Of the intervals that are shown.
 pub const LEVEL: f64 = 0.95;
 /// Of the intervals that decide: two one-sided tests at 5 % each.
@@ -257,8 +259,8 @@ impl Judged {
     /// Holds the 90 % interval of `packings` packings against the limits.
     fn new(interval: Option<Interval>, packings: usize, limits: [f64; 2]) -> Self {
         let [low, high] = limits;
-        let outcome = match interval.filter(|_| packings >= FEWEST) {
-            Some(of) if of.low >= low && of.high <= high => Outcome::Pass,
+        let outcome = match interval.filter(|_| packings >= FEWEST_AGAINST) {
+            Some(of) if of.low >= low && of.high <= high && packings >= FEWEST => Outcome::Pass,
             Some(of) if of.high < low || of.low > high => Outcome::Fail,
             _ => Outcome::Skipped,
         };
@@ -497,6 +499,8 @@ mod tests {
             assert_eq!(answer(1.12, 0.05, packings), Outcome::Skipped);
         }
         assert_eq!(answer(1.0, 0.05, FEWEST - 1), Outcome::Skipped);
+        assert_eq!(answer(1.3, 0.05, FEWEST - 1), Outcome::Fail);
+        assert_eq!(answer(1.3, 0.05, FEWEST_AGAINST - 1), Outcome::Skipped);
     }
 
     #[test]

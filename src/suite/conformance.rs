@@ -186,6 +186,7 @@ pub fn of_yade(
             version: format!("{version}, {order} loop"),
             parts: Part::value_variants().to_vec(),
             approximations: Vec::new(),
+            forms: Vec::new(),
         },
         checks: first_steps::checks(&judgement, FIRST_STEPS),
         first_steps: Some(judgement),

@@ -4,6 +4,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::Model;
 use crate::native::contact::{self, Action, Memory, Motion, Parameters, Touch};
 use crate::native::first_contact_punch;
@@ -87,7 +89,8 @@ impl Constant {
 }
 
 /// A key of a job that an engine may leave unread: it computes with the paper's value then, whatever it is told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Key {
     Gravity,
     Damping,
@@ -192,7 +195,8 @@ impl Key {
 }
 
 /// Another form of a term.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Form {
     /// The first kick is this share of a whole one: ½ where the given velocities are taken for those of the start.
     FirstKick(f64),
@@ -218,6 +222,8 @@ pub enum Form {
     LargerStiffness,
     /// k = E·R₁, of the grain with the lower id.
     StiffnessOfFirst,
+    /// A bed of more radii than this has so many classes of equal widths, and stiffnesses are those of the classes' middle radii.
+    ClassesOfRadius(u32),
     /// The wall with this index is not there.
     WallMissing(usize),
     /// Grains beside the punch's faces do not touch its corners.
@@ -325,9 +331,23 @@ impl Variant {
         1.0 + self.larger.get(&constant).copied().unwrap_or(0.0)
     }
 
-    fn has(&self, form: Form) -> bool {
+    pub fn has(&self, form: Form) -> bool {
         self.forms.contains(&form)
     }
+}
+
+/// Each radius as the middle of its class; none where there are no more radii than classes.
+fn in_classes(radii: &[f64], most: u32) -> Option<Vec<f64>> {
+    let mut sorted = radii.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    let (low, high) = (sorted.first()?, sorted.last()?);
+    let width = (high - low) / f64::from(most);
+    let middle = |radius: &f64| {
+        let class = ((radius - low) / width).floor().min(f64::from(most) - 1.0);
+        low + (class + 0.5) * width
+    };
+    (sorted.len() > most as usize).then(|| radii.iter().map(middle).collect())
 }
 
 /// The state at each moment of the case. Radii and masses are shown as given.
@@ -369,6 +389,8 @@ struct Stepper<'a> {
     constants: Constants,
     /// Between grains, at walls and at the punch.
     rules: [contact::ContactRules; 3],
+    /// That stiffnesses are made from, m.
+    stiffness_radius: Vec<f64>,
     memories: BTreeMap<(u32, u32), Memory>,
     /// Normals of the pairs that touched in the last step, for contacts that are found late.
     touched: BTreeMap<(u32, u32), [f64; 2]>,
@@ -425,11 +447,16 @@ impl<'a> Stepper<'a> {
         });
         let mut state = State::new(&bodies, punch, constants.kernel());
         scale(&mut state.radius, variant.factor(Constant::Radius));
+        let stiffness_radius = variant.forms.iter().find_map(|form| match form {
+            Form::ClassesOfRadius(most) => in_classes(&state.radius, *most),
+            _ => None,
+        });
         // Both kernels are written as one here, and one of them has no room for spins.
         state.spin.resize(bodies.len(), 0.0);
         state.torque.resize(bodies.len(), 0.0);
         Stepper {
             variant,
+            stiffness_radius: stiffness_radius.unwrap_or_else(|| state.radius.clone()),
             state,
             tan_squared,
             remembers: rules[0].friction || !variant.forms.is_empty(),
@@ -585,9 +612,9 @@ impl<'a> Stepper<'a> {
                 continue;
             }
             let (m1, m2) = (state.mass[a], state.mass[b]);
-            let (r1, r2) = (state.radius[a], state.radius[b]);
-            let mut of = self.constants.parameters(r1, r2, m1 * m2 / (m1 + m2));
-            self.other_mean(&mut of, r1, r2);
+            let (s1, s2) = (self.stiffness_radius[a], self.stiffness_radius[b]);
+            let mut of = self.constants.parameters(s1, s2, m1 * m2 / (m1 + m2));
+            self.other_mean(&mut of, s1, s2);
             if variant.has(Form::DashpotOfMeanMass) {
                 of.c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
             }
@@ -601,7 +628,8 @@ impl<'a> Stepper<'a> {
             });
         }
         let mut flat = |body, id: usize, touch, one, stiffness| {
-            let mut of = self.constants.of_flat(state, id);
+            let radius = self.stiffness_radius[id];
+            let mut of = self.constants.parameters(radius, radius, state.mass[id]);
             self.scale(&mut of, stiffness);
             all.push(Meeting {
                 ids: (body, id as u32),

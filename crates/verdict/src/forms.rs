@@ -116,6 +116,7 @@ pub fn in_words(form: Form) -> String {
         Form::GeometricMean => mean("the geometric mean of E·R"),
         Form::SmallerStiffness => mean("the smaller E·R"),
         Form::LargerStiffness => mean("the larger E·R"),
+        Form::ClassesOfRadius(most) => mean(&format!("that of the middle radii of at most {most} classes")),
         Form::WallMissing(index) => format!("wall {index} of model.walls is not there"),
         Form::CornersMissing => {
             "the punch's corners are not there: a corner acts as a point".into()

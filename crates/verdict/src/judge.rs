@@ -581,9 +581,10 @@ impl Reference {
         }
     }
 
-    /// Judges an engine; `lacks` says what it has not that a case asks for, and such a case is not handed to it.
+    /// Judges an engine that says it has these terms in another form; `lacks` says what it has not that a case asks for, and such a case is not handed to it.
     pub fn judge<E: From<NativeError>>(
         &self,
+        declared: &[Form],
         lacks: &dyn Fn(&Case) -> Option<String>,
         engine: &mut Engine<'_, E>,
         progress: &mut dyn FnMut(&str),
@@ -688,7 +689,7 @@ impl Reference {
             judgement.unseen = self.unseen(looked_at, &all);
         }
         if self.names_causes && judgement.verdict() == Verdict::Different {
-            judgement.causes = causes(&all, resolution, progress);
+            judgement.causes = causes(&all, resolution, declared, progress);
         }
         Ok(judgement)
     }
@@ -743,8 +744,14 @@ fn limits(all: &[Answered]) -> Vec<Limit> {
     limits
 }
 
-/// Law by law: the constants and forms of one are taken for known under the next.
-fn causes(all: &[Answered], resolution: Resolution, progress: &mut dyn FnMut(&str)) -> Vec<Cause> {
+/// Law by law: the constants and forms of one are taken for known under the next. What the engine declares is tried before
+/// anything else: all of it, then each.
+fn causes(
+    all: &[Answered],
+    resolution: Resolution,
+    declared: &[Form],
+    progress: &mut dyn FnMut(&str),
+) -> Vec<Cause> {
     let mut causes: Vec<Cause> = Vec::new();
     let mut known = Variant::default();
     let mut fitted: Vec<Constant> = Vec::new();
@@ -770,7 +777,16 @@ fn causes(all: &[Answered], resolution: Resolution, progress: &mut dyn FnMut(&st
         if tried.is_explained(&known) {
             continue;
         }
-        let cause = tried.search(&known, &fitted, MOST_FORMS - 1);
+        let mut told = [declared].into_iter().chain(declared.chunks(1));
+        let told = told.find_map(|forms| {
+            let mut variant = known.clone();
+            variant
+                .forms
+                .extend(forms.iter().filter(|of| !known.has(**of)));
+            let explains = variant != known && tried.is_explained(&variant);
+            explains.then(|| tried.cause(Fit::known(variant), true, Vec::new()))
+        });
+        let cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
         let before = std::mem::replace(&mut known, cause.variant.clone());
         fitted.extend(tried.free(&fitted));
         // A length that is not quite met leaves a few grains in every law: that was said.

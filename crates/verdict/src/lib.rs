@@ -30,7 +30,7 @@
 //!
 //! let reference = Reference::new(100, DISPERSION, &mut |_| ())?;
 //! // It has what is asked for.
-//! let found = reference.judge(&|_| None, &mut engine, &mut |_| ())?;
+//! let found = reference.judge(&[], &|_| None, &mut engine, &mut |_| ())?;
 //! assert_eq!(found.verdict(), Verdict::Different);
 //! assert!(found.causes[0].sentence().starts_with("equal to rounding with g_z × 1.000001000000"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -20,7 +20,7 @@ static REFERENCE: LazyLock<Reference> =
 
 fn judged(engine: &mut Engine<'_, NativeError>) -> Judgement {
     REFERENCE
-        .judge(&|_| None, engine, &mut |_| ())
+        .judge(&[], &|_| None, engine, &mut |_| ())
         .unwrap_or_else(|_| panic!("the native engine failed"))
 }
 
@@ -135,7 +135,12 @@ fn sums_in_another_order_are_rounding_and_forces_in_single_precision_are_said_to
 fn an_engine_that_refuses_is_undecided() {
     let refuses = |cases: &[&Case]| Ok(vec![Err("no".to_owned()); cases.len()]);
     assert_eq!(judged(&mut { refuses }).verdict(), Verdict::Undecided);
-    let none = REFERENCE.judge(&|_| Some("walls".to_owned()), &mut { refuses }, &mut |_| ());
+    let none = REFERENCE.judge(
+        &[],
+        &|_| Some("walls".to_owned()),
+        &mut { refuses },
+        &mut |_| (),
+    );
     let none: Judgement = none.unwrap_or_else(|_| panic!("the native engine failed"));
     assert_eq!(none.verdict(), Verdict::Undecided);
     assert_eq!(none.not_asked.len(), 24);

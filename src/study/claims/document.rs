@@ -282,7 +282,7 @@ impl Claims {
             title: "The paper's claims about its simulations".to_owned(),
             verdict: verdict(&checks),
             answer: format!(
-                "{} of {} claims hold; {}. Of the earlier paper's {}: {}. {} members of {}: {}.",
+                "{} of {} claims hold; {}. Of the earlier paper's {}: {}. {} members of {}: {}.{}",
                 self.verdicts.get(holds).unwrap_or(&0),
                 self.claims.len(),
                 listed(&others),
@@ -290,7 +290,8 @@ impl Claims {
                 listed(&counted(self.earlier.iter().map(Claim::word))),
                 self.members,
                 self.origin.engine,
-                listed(&self.endings)
+                listed(&self.endings),
+                other_scene(&self.other_choices)
             ),
             sections,
             checks,
@@ -518,5 +519,16 @@ fn limits(of: Judged) -> String {
         (Some(low), None) => format!("at least {}", short(low)),
         (None, Some(high)) => format!("at most {}", short(high)),
         (None, None) => String::new(),
+    }
+}
+
+/// That claims about the paper's scene are held against another one.
+fn other_scene(choices: &[[String; 3]]) -> String {
+    let named = |[key, there, here]: &[String; 3]| format!("{key} is {here}, not {there}");
+    let first: Vec<String> = choices.iter().take(3).map(named).collect();
+    let more = if choices.len() > 3 { ", …" } else { "" };
+    match first.is_empty() {
+        true => String::new(),
+        false => format!(" The scene is not the paper's: {}{more}.", first.join(", ")),
     }
 }
