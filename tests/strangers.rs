@@ -102,7 +102,11 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
     let key = |of: &Stranger, name: &str| format!("{name} {:?}", of.protocol());
     let mut of_scenes: BTreeMap<String, Beds> = BTreeMap::new();
     let mut natives: BTreeMap<String, RunFolder> = BTreeMap::new();
-    let chosen = |of: &Stranger| only.as_ref().is_none_or(|only| of.name == *only);
+    let chosen = |of: &Stranger| {
+        let kind = if of.right { "right" } else { "wrong" };
+        only.as_ref()
+            .is_none_or(|only| of.name == *only || kind == only)
+    };
     let every = if all || only.is_some() { 1 } else { 3 };
     let strangers = strangers.into_iter().filter(chosen).step_by(every);
     let strangers: Vec<Stranger> = strangers.collect();

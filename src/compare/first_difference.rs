@@ -8,8 +8,7 @@ use serde::Serialize;
 
 use super::bits::{self, NumberPair, TableBits};
 use crate::engine::{exec, yade};
-use crate::files::FileError;
-use crate::files::work_folder;
+use crate::files::{FileError, work_folder};
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 use crate::run::{Engine, bare};
