@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::cross_code::{self, CrossCase};
 use super::detection::{Limit, Limits, Varied, limits};
 use super::parameters::{self, Answer, Errors};
-use super::{CaseGroup, Evidence, Track, outcome};
+use super::{CaseGroup, Evidence, Track, outcome, symmetry};
 use crate::checks::{Check, Outcome, verdict};
 use crate::compare::first_steps::{self, Asked, Beds};
 use crate::document::plot::Point;
@@ -363,8 +363,11 @@ impl Suite {
     ) -> Result<Vec<CaseResult>, ProgramError> {
         let name = engine.name.as_str();
         let mut results = Vec::with_capacity(self.groups.len());
+        let rounded = symmetry::rounded();
         for (index, group) in self.groups.iter().enumerate() {
             progress(index, self.groups.len());
+            let of_engines = rounded.iter().find(|of| of.id == group.id);
+            let group = of_engines.unwrap_or(group);
             let case = of_group(group, (Role::Tested, name));
             let cases: Vec<&Case> = group.cases.iter().collect();
             let mut missing = cases
