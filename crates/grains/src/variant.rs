@@ -222,7 +222,8 @@ pub enum Form {
     LargerStiffness,
     /// k = E·R₁, of the grain with the lower id.
     StiffnessOfFirst,
-    /// A bed of more radii than this has so many classes of equal widths, and stiffnesses are those of the classes' middle radii.
+    /// A bed of more radii than this has so many classes of equal widths, and stiffnesses are those of the classes' middle radii,
+    /// but for the punch's.
     ClassesOfRadius(u32),
     /// The wall with this index is not there.
     WallMissing(usize),
@@ -628,7 +629,10 @@ impl<'a> Stepper<'a> {
             });
         }
         let mut flat = |body, id: usize, touch, one, stiffness| {
-            let radius = self.stiffness_radius[id];
+            let radius = match stiffness {
+                Constant::PunchStiffness => state.radius[id],
+                _ => self.stiffness_radius[id],
+            };
             let mut of = self.constants.parameters(radius, radius, state.mass[id]);
             self.scale(&mut of, stiffness);
             all.push(Meeting {
