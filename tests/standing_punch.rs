@@ -32,7 +32,7 @@ fn the_punch_stops_where_it_reached_the_force_and_stands_as_long_as_it_is_told()
     assert_ne!(at_end.force, at_reach.force);
     // Until then nothing differs.
     assert_eq!(reached.settled, stood.settled);
-    let before = moments.0.iter().filter(|of| of.stage == Stage::Load);
+    let before = moments.iter().filter(|of| of.stage == Stage::Load);
     let moved = before.filter(|of| of.step < reached_load.steps);
     assert!(moved.clone().count() > 0);
     let down = |of: &Snapshot| of.punch.is_some_and(|punch| punch.velocity < 0.0);
@@ -47,7 +47,6 @@ fn a_standing_punch_goes_on_standing_when_the_run_is_taken_up() {
     let (whole, moments) = native_outcome(&scene, &task, None);
     let standing = |punch: &Punch| punch.velocity == 0.0;
     let middle = moments
-        .0
         .iter()
         .find(|of| of.stage == Stage::Load && of.punch.as_ref().is_some_and(standing));
     let middle = middle.expect("a moment of standing");

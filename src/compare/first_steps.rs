@@ -12,11 +12,13 @@ use crate::run::{Engine, bare};
 use grains::model::Model;
 use grains::native;
 use grains::tables::Snapshot;
-use grains::task::{Case, Observer};
+use grains::task::Case;
 use grains::variant::Form;
 use verdict::Answer;
+use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, REPLICAS};
-use verdict::judge::{Cause, Excerpt, Judgement, Limit, OfStart, Reference, Verdict};
+use verdict::excerpt::Excerpt;
+use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -75,9 +77,9 @@ impl<'a> Asked<'a> {
             Asked::Yade(options) => Engine::Yade(options.clone()),
             Asked::Exec(_, options) => Engine::Exec(options.clone()),
         };
-        let mut seen = Seen::default();
+        let mut seen: Vec<Snapshot> = Vec::new();
         match bare(&of.scene, &engine, &of.task, work.path(), &mut seen) {
-            Ok(_) => Ok(Ok(seen.0)),
+            Ok(_) => Ok(Ok(seen)),
             Err(EngineError::Program(ProgramError::Refused(why))) => Ok(Err(why)),
             Err(error) => Err(error),
         }
@@ -97,15 +99,6 @@ impl<'a> Asked<'a> {
             }
             Asked::Exec(engine, options) => Ok(exec::run_cases(cases, engine, options, work)?),
         }
-    }
-}
-
-#[derive(Default)]
-struct Seen(Vec<Snapshot>);
-
-impl Observer for Seen {
-    fn snapshot(&mut self, snapshot: &Snapshot) {
-        self.0.push(snapshot.clone());
     }
 }
 

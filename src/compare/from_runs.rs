@@ -17,7 +17,8 @@ use grains::scene::Scene;
 use grains::tables::{Bodies, Punch, Stage, StopReason};
 use grains::task::{Case, Seen, Start, Task};
 use verdict::envelope::of_replica;
-use verdict::judge::{Excerpt, Reference};
+use verdict::excerpt::Excerpt;
+use verdict::judge::Reference;
 use verdict::starts::{MOMENTS, State};
 
 /// The starts of two runs of one scene: their common beginning, the moment at which A is liveliest, and where each has settled and

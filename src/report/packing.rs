@@ -12,7 +12,7 @@ use grains::measure::{Bed, highest_grain};
 use grains::model::Axis;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Contact, Punch};
-use verdict::judge::Cause;
+use verdict::causes::Cause;
 
 /// Line classes; a force is drawn in the class of its share of the strong force.
 const CLASSES: usize = 8;

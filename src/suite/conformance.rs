@@ -21,7 +21,7 @@ use grains::generate::initial_bodies;
 use grains::native;
 use grains::scene::{Cloud, Damping, Scene, paper_scene};
 use grains::tables::{Bodies, Contact, Snapshot, Stage};
-use grains::task::{Case, Observer, StageReport, Task};
+use grains::task::{Case, StageReport, Task};
 use verdict::judge::{Judgement, Verdict};
 
 /// The ids of the checks of first steps begin with this.
@@ -218,17 +218,17 @@ struct Story {
     stages: Vec<StageReport>,
 }
 
-impl Observer for Story {
-    fn snapshot(&mut self, snapshot: &Snapshot) {
-        self.moments.push(snapshot.clone());
-    }
-}
-
 fn in_engine(options: &Options, job: &Job) -> Result<Story, ProgramError> {
     let mut story = Story::default();
     let work = work_folder()?;
     let engine = ExternalEngine::ask(options.clone())?;
-    let run = exec::run(&job.scene, &job.task, &engine, work.path(), &mut story)?;
+    let run = exec::run(
+        &job.scene,
+        &job.task,
+        &engine,
+        work.path(),
+        &mut story.moments,
+    )?;
     story.stages = run.outcome.stages;
     Ok(story)
 }
@@ -246,7 +246,7 @@ fn against_native(engine: &Description, options: &Options, job: &Job) -> Said {
     has_all(&exec::missing_for_scene(engine, &job.scene, &job.task))?;
     let mut native = Story::default();
     let sound = native::Options::default();
-    native.stages = native::run(&job.scene, &job.task, &sound, &mut native)?.stages;
+    native.stages = native::run(&job.scene, &job.task, &sound, &mut native.moments)?.stages;
     let theirs = in_engine(options, job)?;
     let tolerance = job.slack * rounding(job.single);
     (job.judge)(job, &theirs, &native)

@@ -23,7 +23,7 @@ fn friction_of_nothing_has_the_bits_of_no_friction() {
     assert_eq!(Kernel::of(&Model::of(&scene).law), Kernel::Frictionless);
     let poured = |scene: &Scene| {
         let task = Task::pour(initial_bodies(scene), 12_000);
-        native_outcome(scene, &task, None).1.0
+        native_outcome(scene, &task, None).1
     };
     let (smooth, rough) = (poured(&scene), poured(&general(&scene)));
     assert_eq!(smooth.len(), 13);

@@ -96,7 +96,7 @@ proptest! {
         let tangent = law.friction_angle.tan();
         let task = Task::pour(initial_bodies(&scene), 16_000);
         let (mut contacts, mut at_limit) = (0, 0);
-        for moment in native_outcome(&scene, &task, None).1.0 {
+        for moment in native_outcome(&scene, &task, None).1 {
             for contact in &moment.contacts {
                 prop_assert!(contact.normal_force >= 0.0, "step {}: {contact:?}", moment.step);
                 let most = tangent * contact.normal_force;

@@ -33,7 +33,7 @@ use crossgrain::study::Study;
 use crossgrain::study::machine::{Folder, Machine as _};
 use grains::native::Perturbation;
 use grains::scene::Cloud;
-use grains::task::{Observer, Outcome};
+use grains::task::Outcome;
 use serde::de::DeserializeOwned;
 
 /// The paper's scene in a box of this width, m, with so many grains; `offsets` is a factor, `depth` in m.
@@ -168,19 +168,9 @@ pub fn native_run(scene: &Scene, options: native::Options, protocol: Protocol) -
     run_of(scene, &Engine::Native(options), protocol)
 }
 
-/// Keeps every moment.
-#[derive(Default)]
-pub struct Keep(pub Vec<Snapshot>);
-
-impl Observer for Keep {
-    fn snapshot(&mut self, snapshot: &Snapshot) {
-        self.0.push(snapshot.clone());
-    }
-}
-
 /// A bare native run.
-pub fn native_outcome(scene: &Scene, task: &Task, skin: Option<f64>) -> (Outcome, Keep) {
-    let mut keep = Keep::default();
+pub fn native_outcome(scene: &Scene, task: &Task, skin: Option<f64>) -> (Outcome, Vec<Snapshot>) {
+    let mut keep = Vec::new();
     let options = native::Options {
         skin,
         ..native::Options::default()

@@ -145,6 +145,13 @@ pub trait Observer {
     }
 }
 
+/// Keeps every moment.
+impl Observer for Vec<Snapshot> {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        self.push(snapshot.clone());
+    }
+}
+
 /// Nobody is looking.
 impl Observer for () {
     fn snapshot(&mut self, _: &Snapshot) {}

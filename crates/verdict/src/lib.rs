@@ -36,9 +36,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod causes;
 pub mod constants;
 mod contacts;
 pub mod envelope;
+pub mod excerpt;
 pub mod exercise;
 pub mod forms;
 pub mod judge;

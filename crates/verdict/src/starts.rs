@@ -13,7 +13,7 @@ use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
 use grains::task::{Case, Task};
 use serde::Serialize;
 
-use crate::judge::Excerpt;
+use crate::excerpt::Excerpt;
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
 pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];

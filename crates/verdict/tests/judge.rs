@@ -8,10 +8,11 @@ use grains::native::{NativeError, Perturbation, run_case};
 use grains::tables::Bodies;
 use grains::task::Case;
 use grains::variant::{self, Constant, Form, Variant};
+use verdict::causes::Cause;
 use verdict::constants::Fitted;
 use verdict::envelope::Resolution;
 use verdict::forms;
-use verdict::judge::{Cause, Judgement, Reference, Verdict};
+use verdict::judge::{Judgement, Reference, Verdict};
 use verdict::starts::{Bed, DISPERSION, LawKind, Start};
 use verdict::{Answer, Engine};
 

@@ -15,8 +15,9 @@ use crate::engine::exec::{self, Adapter, Part};
 use crate::engine::{ProgramError, yade};
 use crate::files::work_folder;
 use crate::run::EngineError;
+use verdict::causes::Cause;
 use verdict::envelope::FACTOR;
-use verdict::judge::{Cause, Judgement, Verdict};
+use verdict::judge::{Judgement, Verdict};
 use verdict::starts::DISPERSION;
 
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,432 @@
+//! What is wrong with an engine that differs: the constants and forms with which the native engine does what it does, told as a
+//! cause where they explain all of it, and else where it differs.
+
+use std::collections::HashSet;
+
+use evidence::in_parallel;
+use grains::model::Wall;
+use grains::tables::Snapshot;
+use grains::task::Case;
+use grains::variant::{self, Constant, Form, Variant};
+use serde::Serialize;
+
+use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
+use crate::envelope::{Farthest, Resolution};
+use crate::judge::Answered;
+use crate::{exercise, forms};
+
+/// A cause is held against the first so many steps, or more where the engine parts from the native one later.
+const EXPLAINED_UNTIL: u64 = 10;
+/// So many of the best forms are fitted in full.
+const TRIED: usize = 3;
+/// Under one law at most so many terms are looked for in another form at once.
+const MOST_FORMS: usize = 3;
+
+/// What is wrong, as far as it was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cause {
+    /// Under this law it was found.
+    pub law: String,
+    /// The native engine with these constants and forms comes nearest.
+    #[serde(skip)]
+    pub variant: Variant,
+    pub constants: Vec<Fitted>,
+    /// Constants that the engine's first steps do not tell from the others; they were taken as given.
+    #[serde(serialize_with = "symbols")]
+    pub tied: Vec<Constant>,
+    #[serde(serialize_with = "in_words")]
+    pub forms: Vec<Form>,
+    /// Other forms that explain it as well.
+    #[serde(serialize_with = "in_words")]
+    pub also: Vec<Form>,
+    /// With them the engine stays among the replicas for its first ten steps and the one with which it left them.
+    pub explained: bool,
+    /// Grains that are farther off than rounding takes them, at the first moment at which there are any, though the constants
+    /// and forms are taken into account.
+    pub left: Vec<usize>,
+    pub left_in: String,
+    /// What those grains touch.
+    pub left_at: String,
+    /// The state, as it is handed to engines.
+    #[serde(skip)]
+    pub state: Option<Snapshot>,
+    #[serde(skip)]
+    pub walls: Vec<Wall>,
+}
+
+fn in_words<S: serde::Serializer>(of: &[Form], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(of.iter().map(|form| forms::in_words(*form)))
+}
+
+fn symbols<S: serde::Serializer>(of: &[Constant], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(of.iter().map(|of| of.symbol()))
+}
+
+impl Cause {
+    /// In a sentence: what the engine is, and where to look.
+    pub fn sentence(&self) -> String {
+        let mut with: Vec<String> = Vec::new();
+        let mut look_at: Vec<&str> = Vec::new();
+        let is_of_springs = |of: &&Fitted| {
+            use Constant::{GrainStiffness, PunchStiffness, WallStiffness};
+            [GrainStiffness, WallStiffness, PunchStiffness].contains(&of.constant)
+        };
+        let of_springs: Vec<&Fitted> = self.constants.iter().filter(is_of_springs).collect();
+        let one_factor = of_springs.len() > 1
+            && of_springs[0].constant == Constant::GrainStiffness
+            && of_springs.iter().all(|of| {
+                let apart = (of.larger - of_springs[0].larger).abs();
+                apart <= 6.0 * (of.error + of_springs[0].error) + 1.0e-12
+            });
+        for of in &self.constants {
+            let joint = one_factor && is_of_springs(&of);
+            if joint && of.constant != of_springs[0].constant {
+                continue;
+            }
+            let symbol = if joint { "k_n" } else { of.constant.symbol() };
+            let (larger, error) = (of.larger, of.error);
+            with.push(match of.constant {
+                Constant::GravityAcross => format!("g_x = {larger:.3e}·|g| ± {error:.0e}"),
+                Constant::WallPlace(_) => format!("{symbol} off by {larger:.3e} R ± {error:.0e}"),
+                _ => {
+                    let error = error.max(f64::EPSILON);
+                    format!("{symbol} × {:.12} ± {error:.0e}", 1.0 + larger)
+                }
+            });
+            let place = look_at_for(of.constant);
+            if !look_at.contains(&place) {
+                look_at.push(place);
+            }
+        }
+        let forms = self.forms.iter().map(|form| forms::in_words(*form));
+        let forms = forms.collect::<Vec<_>>().join(". And ");
+        if !self.explained {
+            return self.what_is_left(&forms);
+        }
+        let (with, look_at) = (with.join(", "), look_at.join(", "));
+        let mut said = match with.is_empty() {
+            true => forms,
+            false => {
+                let and = if forms.is_empty() { "" } else { ". And " };
+                format!("equal to rounding with {with}; look at {look_at}{and}{forms}")
+            }
+        };
+        for form in &self.also {
+            said = format!("{said}. Or: {}", forms::in_words(*form));
+        }
+        let tied: Vec<&str> = self.tied.iter().map(|of| of.symbol()).collect();
+        if !tied.is_empty() {
+            let tied = tied.join(", ");
+            let why = "from the other constants: taken as given";
+            said = format!("{said}. Its first steps do not tell {tied} {why}");
+        }
+        format!("{said}.")
+    }
+
+    /// Where it differs, and behind it the nearest fit as a hint, without digits that it does not have.
+    fn what_is_left(&self, forms: &str) -> String {
+        let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
+        let (of_grains, state, at) = (some.join(", "), &self.left_in, &self.left_at);
+        let more = if self.left.len() > 8 { ", …" } else { "" };
+        let left = match self.left.len() {
+            0 => format!("it parts from the model in {state}"),
+            1..=3 => format!(
+                "in {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts"
+            ),
+            count => format!(
+                "in {state} {count} grains are farther off than rounding takes them ({of_grains}{more}): {at}"
+            ),
+        };
+        let hint =
+            |of: &Fitted| format!("{} larger by about {:.0e}", of.constant.symbol(), of.larger);
+        let mut hints: Vec<String> = self.constants.iter().map(hint).collect();
+        hints.extend((!forms.is_empty()).then(|| forms.to_owned()));
+        match hints.is_empty() {
+            true => format!(
+                "{left}. No constant and no form of a term that this program knows explains it."
+            ),
+            false => format!(
+                "{left}. Nearest, though it does not explain it: {}.",
+                hints.join(", ")
+            ),
+        }
+    }
+}
+
+fn look_at_for(constant: Constant) -> &'static str {
+    match constant {
+        Constant::GrainStiffness => "k_n = 2·E·R1·R2/(R1 + R2) (Eq. 4)",
+        Constant::WallStiffness => "k_n at walls: a wall counts as a grain of the same radius",
+        Constant::PunchStiffness => "k_n at the punch: it counts as a grain of the same radius",
+        Constant::ShearStiffness => "k_s = law.stiffness_ratio · k_n",
+        Constant::Friction => "the limit |N| tan φ (Eq. 5)",
+        Constant::Dashpot => "law.contact.viscosity",
+        Constant::Damping => "model.alpha",
+        Constant::GravityAcross | Constant::GravityUp => "model.gravity",
+        Constant::TimeStep => "model.dt",
+        Constant::Mass => "the masses in initial.csv",
+        Constant::Inertia => "the moments of inertia in initial.csv",
+        Constant::Radius => "the radii in initial.csv",
+        Constant::WallPlace(_) => "model.walls",
+        Constant::PunchSpeed => "punch.velocity, and when the punch moves: before the forces",
+    }
+}
+
+fn of_motion(of: &Option<Farthest>) -> f64 {
+    of.as_ref().map_or(0.0, |of| of.of_motion)
+}
+
+/// Law by law: the constants and forms of one are taken for known under the next. What the engine declares is tried before
+/// anything else: all of it, then each.
+pub(crate) fn causes(
+    all: &[Answered],
+    resolution: Resolution,
+    declared: &[Form],
+    progress: &mut dyn FnMut(&str),
+) -> Vec<Cause> {
+    let mut causes: Vec<Cause> = Vec::new();
+    let mut known = Variant::default();
+    let mut fitted: Vec<Constant> = Vec::new();
+    let mut judged: Vec<Form> = Vec::new();
+    let mut laws: Vec<&str> = all.iter().map(|of| of.asked.law.as_str()).collect();
+    laws.dedup();
+    for law in laws {
+        let ruled_out = judged.clone();
+        let of_law = all.iter().filter(|of| of.asked.law == law);
+        let of_law: Vec<&Answered> = of_law.collect();
+        progress(&format!("what is wrong: {law}"));
+        let farthest = of_law.iter().filter_map(|of| of.farthest.as_ref());
+        let left_after = farthest.filter_map(|of| of.left_after);
+        let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
+        let cases = of_law.iter().map(|answered| &answered.asked.case);
+        judged.extend(cases.flat_map(forms::candidates));
+        let tried = Tried {
+            of_law,
+            resolution,
+            until,
+            ruled_out: &ruled_out,
+        };
+        if tried.is_explained(&known) {
+            continue;
+        }
+        let mut told = [declared].into_iter().chain(declared.chunks(1));
+        let told = told.find_map(|forms| {
+            let mut variant = known.clone();
+            variant
+                .forms
+                .extend(forms.iter().filter(|of| !known.has(**of)));
+            let explains = variant != known && tried.is_explained(&variant);
+            explains.then(|| tried.cause(Fit::known(variant), true, Vec::new()))
+        });
+        let cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
+        let before = std::mem::replace(&mut known, cause.variant.clone());
+        fitted.extend(tried.free(&fitted));
+        // A length that is not quite met leaves a few grains in every law: that was said.
+        let new = !cause.constants.is_empty() || !same_kinds(&cause.forms, &before.forms);
+        if new || causes.is_empty() {
+            causes.push(cause);
+        }
+    }
+    causes
+}
+
+fn same_kinds(a: &[Form], b: &[Form]) -> bool {
+    let kinds = |of: &[Form]| -> HashSet<_> { of.iter().map(std::mem::discriminant).collect() };
+    kinds(a) == kinds(b)
+}
+
+struct Tried<'a> {
+    of_law: Vec<&'a Answered<'a>>,
+    resolution: Resolution,
+    /// The step that first steps go to.
+    until: u64,
+    /// Forms that would have shown under a law before.
+    ruled_out: &'a [Form],
+}
+
+impl Tried<'_> {
+    /// The first steps with this variant, and the answer cut to them.
+    fn first_steps<'a>(
+        &self,
+        of: &'a Answered<'_>,
+        variant: &Variant,
+    ) -> (Vec<Snapshot>, &'a [Snapshot]) {
+        let case = until(&of.asked.case, self.until);
+        let count = case.moments.len().min(of.theirs.len());
+        (variant::run(&case, variant), &of.theirs[..count])
+    }
+
+    fn farthest(&self, variant: &Variant) -> Vec<Option<Farthest>> {
+        in_parallel(self.of_law.len(), |at| {
+            let of = self.of_law[at];
+            let (own, theirs) = self.first_steps(of, variant);
+            of.native.envelope.farthest_from(&own, theirs)
+        })
+    }
+
+    fn is_explained(&self, variant: &Variant) -> bool {
+        let mut farthest = self.farthest(variant).into_iter();
+        farthest.all(|of| of.is_some_and(|of| of.moves_right()))
+    }
+
+    /// The constants that play a part under this law and did not under those before.
+    fn free(&self, fitted: &[Constant]) -> Vec<Constant> {
+        let plays_a_part = |constant: &Constant| {
+            let mut of_law = self.of_law.iter();
+            of_law.any(|answered| constant.is_in(&answered.asked.case))
+                && !fitted.contains(constant)
+        };
+        Constant::all().into_iter().filter(plays_a_part).collect()
+    }
+
+    /// `more` forms may be taken besides the best one, if all together explain the law.
+    fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
+        // States in which nothing differs have nothing to say.
+        let differing = self.of_law.iter().filter(|of| !of.moves_right());
+        let observed = differing.map(|of| (&of.asked.case, &of.theirs[..]));
+        let observed: Vec<Observed<'_>> = observed.collect();
+        let with = |form: Form| {
+            let mut variant = known.clone();
+            variant.forms.push(form);
+            variant
+        };
+        // A key that is not read explains all by itself, and better than numbers do.
+        let mut forms: Vec<Form> = Vec::new();
+        let candidates = observed.iter().map(|(case, _)| forms::candidates(case));
+        for form in candidates.flatten() {
+            let taken = [self.ruled_out, &known.forms, &forms];
+            if !taken.iter().any(|of| of.contains(&form)) {
+                forms.push(form);
+            }
+        }
+        let mut unread = forms.iter().filter(|form| matches!(form, Form::Unread(_)));
+        if let Some(form) = unread.find(|form| self.is_explained(&with(**form))) {
+            return self.cause(Fit::known(with(*form)), true, Vec::new());
+        }
+        let free = self.free(fitted);
+        let search = Search::new(&observed, self.resolution, self.until);
+        let full = search.fit(known, &free);
+        let constants_alone = search.pruned(known, &full);
+        if self.is_explained(&constants_alone.variant) {
+            return self.cause(constants_alone, true, Vec::new());
+        }
+        if self.ruled_out.is_empty() {
+            forms.extend(search.lost_contacts(known));
+        }
+        let misfits = in_parallel(forms.len(), |at| {
+            search.misfit(&search.refit(&with(forms[at]), &full))
+        });
+        let mut order: Vec<usize> = (0..forms.len()).collect();
+        order.sort_by(|a, b| misfits[*a].total_cmp(&misfits[*b]));
+        let mut best: Option<(Fit, f64, Form)> = None;
+        let mut explaining: Vec<(Fit, Form)> = Vec::new();
+        for at in order.into_iter().take(TRIED) {
+            let with = with(forms[at]);
+            let fit = search.pruned(&with, &search.fit(&with, &free));
+            if self.is_explained(&fit.variant) {
+                explaining.push((fit, forms[at]));
+            } else {
+                let misfit = search.misfit(&fit.variant);
+                if best.as_ref().is_none_or(|(_, of, _)| misfit < *of) {
+                    best = Some((fit, misfit, forms[at]));
+                }
+            }
+        }
+        if !explaining.is_empty() {
+            // Of several the one that needs the fewest constants besides.
+            explaining.sort_by_key(|(fit, _)| fit.wrong().len());
+            let also = explaining[1..].iter().map(|(_, form)| *form).collect();
+            return self.cause(explaining.swap_remove(0).0, true, also);
+        }
+        let alone = search.misfit(&constants_alone.variant);
+        match best {
+            Some((fit, misfit, form)) if misfit < 0.5 * alone => {
+                let with_more = (more > 0).then(|| self.search(&with(form), fitted, more - 1));
+                let explained = with_more.filter(|of| of.explained);
+                explained.unwrap_or_else(|| self.cause(fit, false, Vec::new()))
+            }
+            _ => self.cause(constants_alone, false, Vec::new()),
+        }
+    }
+
+    fn cause(&self, fit: Fit, explained: bool, also: Vec<Form>) -> Cause {
+        let farthest = self.farthest(&fit.variant);
+        let worst = (0..farthest.len())
+            .max_by(|a, b| of_motion(&farthest[*a]).total_cmp(&of_motion(&farthest[*b])));
+        let of = self.of_law[worst.unwrap_or(0)];
+        let (mut left, mut left_at) = (Vec::new(), String::new());
+        if !explained {
+            let (own, theirs) = self.first_steps(of, &fit.variant);
+            let (outside, step) = of.native.envelope.outside(&own, theirs);
+            left_at = what_they_touch(&of.asked.case, &outside, &own, step);
+            left = around_one(outside, own.iter().chain(theirs));
+        }
+        Cause {
+            law: of.asked.law.clone(),
+            constants: fit.wrong(),
+            tied: fit.tied,
+            forms: fit.variant.forms.clone(),
+            variant: fit.variant,
+            explained,
+            also,
+            left,
+            left_in: of.asked.start.clone(),
+            left_at,
+            state: of.native.envelope.own.first().cloned(),
+            walls: of.asked.case.model.walls.clone(),
+        }
+    }
+}
+
+/// How many of these grains touch other grains alone, walls or the punch, and whether contacts of theirs slide.
+fn what_they_touch(case: &Case, left: &[usize], own: &[Snapshot], step: u64) -> String {
+    let until: Vec<Snapshot> = own.iter().filter(|of| of.step <= step).cloned().collect();
+    let situations = situations(case, &until);
+    let of_kind = |kind: usize| left.iter().filter(|id| situations[**id] == kind).count();
+    let kinds = [
+        "fly",
+        "touch grains alone",
+        "touch a wall",
+        "touch the punch",
+    ];
+    let found = kinds
+        .iter()
+        .enumerate()
+        .map(|(kind, what)| (of_kind(kind), what));
+    let found: Vec<String> = found
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    let slides = exercise::sliding(case, &until);
+    let among = left
+        .iter()
+        .filter(|id| slides.contains(&(**id as u32)))
+        .count();
+    match case.model.law.has_friction() {
+        true => format!("{}; contacts of {among} slide", found.join(", ")),
+        false => found.join(", "),
+    }
+}
+
+/// Of grains that are one and those that it touches that one alone: what is wrong with it moves them. Where it may be more
+/// than one of them, all.
+fn around_one<'a>(
+    left: Vec<usize>,
+    runs: impl Iterator<Item = &'a Snapshot> + Clone,
+) -> Vec<usize> {
+    let touch = |a: usize, b: usize| {
+        let mut contacts = runs.clone().flat_map(|of| &of.contacts);
+        contacts.any(|of| [(a, b), (b, a)].contains(&(of.id1 as usize, of.id2 as usize)))
+    };
+    let few = left.len() <= MOST_NEIGHBOURS;
+    let is_centre =
+        |one: &usize| few && left.iter().all(|other| other == one || touch(*one, *other));
+    let centres: Vec<usize> = left.iter().copied().filter(is_centre).collect();
+    match centres[..] {
+        [one] => vec![one],
+        _ => left,
+    }
+}
+
+/// A disc and those that can touch it.
+const MOST_NEIGHBOURS: usize = 7;
