@@ -404,7 +404,7 @@ pub fn state_table(of: &Judgement) -> Table {
 
 pub fn sections(of: &Judgement) -> Vec<Section> {
     let about = format!(
-        "A bed of {} grains. The engine computes in {}: it notices changes of {:.1e} m in places, {:.1e} m in overlaps, {:.1e} of a \
+        "A bed of {} grains. The engine computes in {}: it notices changes of {:.1e} of a coordinate, {:.1e} m in overlaps, {:.1e} of a \
          velocity. Replicas are native runs with such errors in every step; up to {FACTOR} times their distance is rounding.",
         of.grains,
         of.resolution.name(),

@@ -9,7 +9,7 @@ use crate::constants::{FLYING, KINDS, situations, until};
 use crate::contacts;
 use grains::native::{CaseOptions, NativeError, Noise, run_case};
 use grains::scene::Viscosity;
-use grains::tables::{Bodies, Snapshot};
+use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Constant, Variant};
 
@@ -500,15 +500,21 @@ pub fn is_rounded(run: &[Snapshot]) -> bool {
 
 /// The largest coordinate, m, and the largest velocity component, m/s.
 pub(crate) fn largest(of: &[Snapshot]) -> (f64, f64) {
-    let largest = |columns: [&[f64]; 2]| {
-        let all = columns.into_iter().flatten();
-        all.fold(0.0f64, |largest, of| largest.max(of.abs()))
-    };
-    let first = of.first().map(|of| (&of.bodies, of.punch));
-    first.map_or((0.0, 0.0), |(of, punch)| {
-        let top = punch.map_or(0.0, |of| of.centre[1].abs() + of.half_extents[1]);
-        (largest([&of.x, &of.z]).max(top), largest([&of.vx, &of.vz]))
+    of.first().map_or((0.0, 0.0), |of| {
+        let fastest = largest_of([&of.bodies.vx, &of.bodies.vz]);
+        (extent(&of.bodies, of.punch), fastest)
     })
+}
+
+/// The largest coordinate, m.
+fn extent(of: &Bodies, punch: Option<Punch>) -> f64 {
+    let top = punch.map_or(0.0, |of| of.centre[1].abs() + of.half_extents[1]);
+    largest_of([&of.x, &of.z]).max(top)
+}
+
+fn largest_of(columns: [&[f64]; 2]) -> f64 {
+    let all = columns.into_iter().flatten();
+    all.fold(0.0, |largest, of| largest.max(of.abs()))
 }
 
 /// The smallest change, over a metre or over a velocity: about the last bit of a number in double precision.
@@ -525,7 +531,7 @@ const ANSWERING: f64 = 0.95;
 /// The smallest changes that the engine notices.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Resolution {
-    /// Of a position, by the position one step later, m.
+    /// Of a position, by the position one step later, over the largest coordinate.
     pub position: f64,
     /// Of a velocity, by the velocity one step later, relative.
     pub velocity: f64,
@@ -557,8 +563,8 @@ impl Resolution {
             let power = (change / SMALLEST).ln() / RATIO.ln();
             SMALLEST * RATIO.powi((power - 1.0e-9).ceil() as i32)
         };
-        let length = smallest(SINGLE * extent);
-        self.position.max(self.overlap) > length || self.velocity > smallest(SINGLE)
+        let (length, share) = (smallest(SINGLE * extent), smallest(SINGLE));
+        self.overlap > length || self.velocity > share || self.position > RATIO * SINGLE
     }
 
     /// Whether all numbers are those of double precision, as far as it can be told.
@@ -635,7 +641,11 @@ impl Resolution {
         let moved = |of: &Bodies, id: usize| of.x[id] != base.x[id] && of.z[id] != base.z[id];
         let sped = |of: &Bodies, id: usize| of.vx[id] != base.vx[id] || of.vz[id] != base.vz[id];
         Some(Resolution {
-            position: noticed(&moved, &|_| true),
+            // The last bit of a number is a share of it.
+            position: match noticed(&moved, &|_| true) {
+                change if change > SMALLEST => change / extent(&case.bodies, case.punch),
+                change => change,
+            },
             velocity: noticed(&sped, &|id| situations[id] == FLYING),
             // A force on a grain at a wall or the punch may be coarser than one between grains.
             overlap: (FLYING + 1..KINDS)

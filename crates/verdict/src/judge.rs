@@ -126,7 +126,7 @@ impl Judgement {
             }
             _ if identical => None,
             _ if self.resolution.is_too_coarse(self.extent) => Some(format!(
-                "it takes no notice of changes of its start that single precision notices ({:.0e} m in places, {:.0e} m in overlaps, \
+                "it takes no notice of changes of its start that single precision notices ({:.0e} of a coordinate, {:.0e} m in overlaps, \
                  {:.0e} of a velocity), so a fault of that size could not be seen",
                 self.resolution.position, self.resolution.overlap, self.resolution.velocity
             )),
