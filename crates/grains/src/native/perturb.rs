@@ -261,7 +261,7 @@ impl From<Perturbation> for String {
 /// each step: a number that grows by the same amount in each step is rounded the same way, for a while.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Of positions, over their size.
+    /// Of positions, over the largest coordinate: some engines count from a corner of their own.
     pub position: f64,
     /// Of velocities and spins, over their size.
     pub velocity: f64,
@@ -295,6 +295,9 @@ impl Shaker {
             *self = self.noise.begin();
         }
         let off = self.noise;
+        let coordinates = state.position.iter().flatten();
+        let extent = coordinates.fold(0.0, |largest: f64, of| largest.max(of.abs()));
+        let length = off.position * extent;
         for id in 0..state.mass.len() {
             let id = state.place[id] as usize;
             let (radius, mass) = (state.radius[id], state.mass[id]);
@@ -305,7 +308,7 @@ impl Shaker {
             };
             for axis in 0..2 {
                 let of = &mut self.random;
-                state.position[id][axis] *= 1.0 + off.position * symmetric(of);
+                state.position[id][axis] += length * symmetric(of);
                 state.velocity[id][axis] *= 1.0 + off.velocity * symmetric(of);
                 let kick = kick * symmetric(of);
                 state.velocity[id][axis] += kick;
