@@ -70,6 +70,9 @@ fn program(folder: &Path, of: &Stranger) -> PathBuf {
             .arg(here("engine.c"));
         assert!(command.status().expect("a shell").success(), "{line}");
     }
+    if of.switch.is_empty() {
+        return built.join("engine");
+    }
     let link = built.join(format!("engine--{}", of.switch));
     if !link.exists() {
         fs::copy(built.join("engine"), &link).expect("a copy");
