@@ -130,8 +130,8 @@ pub fn most_contacts(grains: u32) -> u64 {
     12 * u64::from(grains) + 64
 }
 
-/// A normal's length may differ from 1 by so much.
-pub const NORMAL_TOLERANCE: f64 = 1.0e-9;
+/// A normal's length may differ from 1 by so much: what single precision makes of it, and half as much again.
+pub const NORMAL_TOLERANCE: f64 = 1.8e-7;
 
 /// Reads the contacts between these bodies, sorted by ids, normals of length 1.
 pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, FileError> {

@@ -37,7 +37,7 @@ use nalgebra::{Matrix2, Vector2};
 use crate::paper::integrate;
 
 /// What is left of forces and moments that balance, as a share of the sum of the forces' sizes.
-const BALANCE: f64 = 1e-9;
+pub const BALANCE: f64 = 1e-9;
 /// Panels of the integrals in each direction.
 const PANELS: u32 = 3;
 
@@ -74,12 +74,21 @@ impl DiscField {
     /// The field in a disc of `radius` m under `forces`; none where they do not balance, moments about the centre too.
     pub fn new(radius: f64, forces: &[RimForce]) -> Option<Self> {
         let field = DiscField::under_balanced(radius, forces);
-        let loads = || field.loads.iter();
+        (field.imbalance() <= BALANCE).then_some(field)
+    }
+
+    /// What is left of the forces, or of their moments over the radius, over the sum of their sizes.
+    fn imbalance(&self) -> f64 {
+        let loads = || self.loads.iter();
         let sizes: f64 = loads().map(|load| load.force.norm()).sum();
         let left: Vector2<f64> = loads().map(|load| load.force).sum();
         let moment: f64 = loads().map(|load| load.point.perp(&load.force)).sum();
-        let is_small = |of: f64, unit: f64| of.abs() <= BALANCE * sizes * unit;
-        (is_small(left.norm(), 1.0) && is_small(moment, radius)).then_some(field)
+        left.norm().max(moment.abs() / self.radius) / sizes
+    }
+
+    /// What is left of forces on the rim of a disc, over the sum of their sizes.
+    pub fn imbalance_of(radius: f64, forces: &[RimForce]) -> f64 {
+        DiscField::under_balanced(radius, forces).imbalance()
     }
 
     fn under_balanced(radius: f64, forces: &[RimForce]) -> Self {

@@ -1,6 +1,6 @@
 //! Grains at rest, against statics: piles of frictionless discs, and the disc of the paper's Figure 4.
 
-use crate::paper::disc_field::{DiscField, RimForce};
+use crate::paper::disc_field::{BALANCE, DiscField, RimForce};
 use crate::suite::{self, CaseGroup, Figures, Grain, Track, furthest};
 use grains::measure::{Bed, stress};
 use grains::tables::{BodyIds, Contact, Snapshot};
@@ -317,7 +317,7 @@ fn field() -> CaseGroup {
     })
 }
 
-/// No checks, so a failed case, where the forces are not in balance.
+/// Of forces that are not in balance there is no field to average.
 fn field_average(track: &Track, figures: &mut Figures) -> Option<()> {
     let moment = track.first()?;
     let sum = extensive(moment)?;
@@ -330,7 +330,16 @@ fn field_average(track: &Track, figures: &mut Figures) -> Option<()> {
             tangential: -contact.tangential_force,
         }
     });
-    let field = DiscField::new(RADIUS, &rim.collect::<Vec<_>>())?;
+    let rim: Vec<RimForce> = rim.collect();
+    figures.because("the field is that of forces in balance");
+    let left = DiscField::imbalance_of(RADIUS, &rim);
+    figures.is(
+        "balance: what is left of the forces over their sum, 1",
+        left,
+        0.0,
+        BALANCE,
+    );
+    let field = DiscField::new(RADIUS, &rim)?;
     let average = field.average_over_disc();
     let volume = std::f64::consts::PI * RADIUS * RADIUS;
     let largest = sum.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs())) / volume;

@@ -87,6 +87,8 @@ impl Quantity {
 const ALL: usize = MOTION + contacts::NUMBERS + 2;
 /// So many are of grains, the rest of contacts.
 const MOTION: usize = 3;
+/// Normals and points.
+const PLACES: std::ops::Range<usize> = MOTION + 3..MOTION + contacts::NUMBERS;
 
 /// How far two moments are apart: numbers for each grain, then for each contact that either has.
 struct Apart {
@@ -212,6 +214,11 @@ impl Envelope {
         let (radius, mass) = (least(&case.bodies.radius), least(&case.bodies.mass));
         let law = &case.model.law;
         let length = noise.position * extent + noise.overlap;
+        // An engine that computes forces in single precision writes its contacts so.
+        let coarsest = noise.position.max(noise.velocity).max(noise.overlap);
+        let written = if coarsest > 0.5 * FINE { SINGLE } else { 0.0 };
+        let overlaps = own.iter().flat_map(|of| &of.contacts).map(|of| of.overlap);
+        let written_length = length + written * overlaps.fold(0.0, f64::max);
         // The stiffest pair of a grain has k_n = 2ER, where the other one is much larger.
         let spring = 2.0 * law.modulus * law.stiffness_ratio.max(1.0) * dt * dt / mass;
         let force = own
@@ -228,15 +235,15 @@ impl Envelope {
             .iter()
             .map(|of| of.contacts.iter().filter(|of| of.id1 == punch).count());
         let on_punch = 1.0 + at_punch.max().unwrap_or(0) as f64;
-        let force = spring * length + noise.velocity * force;
+        let force = spring * length + noise.velocity.max(written) * force;
         let least = [
             noise.position * extent / radius,
             noise.velocity * fastest * dt / radius,
             noise.velocity * dt,
-            length / radius,
+            written_length / radius,
             force,
             force,
-            length / radius,
+            written + length / radius,
             length / radius,
             // It moves by a sum of steps, each of which is rounded.
             noise.position * extent * steps / radius,
@@ -251,6 +258,13 @@ impl Envelope {
                     .zip(apart.as_flattened())
                     .for_each(|(reach, apart)| *reach = reach.max(*apart));
             }
+        }
+        // Points and normals of pairs that both runs have move with the grains, and replicas may have few of these pairs.
+        for of_moment in &mut reach {
+            let moved = of_moment[0][SHARES.len() - 1];
+            let of_pairs = &mut of_moment[PLACES];
+            let all = of_pairs.as_flattened_mut().iter_mut();
+            all.for_each(|of| *of = of.max(moved));
         }
         // Where distances grow by orders they scatter by as much.
         for (reach, own) in reach.iter_mut().zip(&own) {
@@ -521,6 +535,8 @@ fn largest_of(columns: [&[f64]; 2]) -> f64 {
 const SMALLEST: f64 = 1.0 / (1u64 << 52) as f64;
 /// Each change is so many times the one before.
 const RATIO: f64 = 4.0;
+/// Coarser is not double precision.
+const FINE: f64 = SMALLEST * RATIO * RATIO * RATIO;
 /// So many changes; the largest is 4·10⁻⁶.
 const CHANGES: i32 = 18;
 /// Two numbers of single precision that follow each other, over their size at most.
@@ -570,7 +586,7 @@ impl Resolution {
     /// Whether all numbers are those of double precision, as far as it can be told.
     pub fn is_double(&self) -> bool {
         let coarsest = self.position.max(self.velocity).max(self.overlap);
-        coarsest <= SMALLEST * RATIO.powi(3)
+        coarsest <= FINE
     }
 
     pub fn name(&self) -> &'static str {

@@ -158,6 +158,10 @@ impl Excerpt {
         judged.tables = envelope.tables_in_words(&theirs);
         if judged.farthest.is_none() {
             judged.skipped = Some(OTHER_MOMENTS.to_owned());
+            // A rule that holds between two steps may hold at another one where a step is rounded so.
+            if !resolution.is_double() {
+                judged.verdict = Verdict::Undecided;
+            }
         }
         Ok(judged)
     }
