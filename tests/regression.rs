@@ -2,6 +2,8 @@
 
 mod commits;
 
+use std::sync::{Arc, Mutex};
+
 use crate::support::*;
 
 /// `reproduce` in this folder, `out` in it, with these further arguments: exit code and what it printed.
@@ -11,21 +13,61 @@ fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
     (code, said + &errors)
 }
 
-/// Keeps a sound run as `main`, and holds one with this fault against it; both with `arguments`. Writes `checks.xml` and
-/// `summary.md`; returns the exit code, what was printed, and where the page is.
-pub fn seeded(folder: &Path, fault: &str, arguments: &[&str]) -> (i32, String, PathBuf) {
-    let (code, said) = reproduce(folder, "sound", arguments);
-    assert!(code == 0, "{code}: {said}");
-    ends(folder, 0, "report baseline save sound/run.json main");
-    let files = "--junit checks.xml --summary summary.md";
-    let against = format!("--perturb {fault} --baseline main {files}");
-    let against = against.words();
-    let (code, said) = reproduce(folder, "faulty", &[arguments, &against].concat());
-    (code, said, folder.join("faulty/report.html"))
+/// A sound run kept as `main`, and one with a fault held against it.
+pub struct Seeded {
+    /// Has `checks.xml` and `summary.md`.
+    pub folder: Place,
+    /// Of the second run, with what it printed and its page.
+    pub code: i32,
+    pub said: String,
+    pub page: PathBuf,
 }
 
-/// Without YADE: the paper's scene against the recorded run.
-pub const RECORDED: [&str; 1] = ["--recorded"];
+impl Seeded {
+    fn new(folder: Place, fault: &str, arguments: &[&str]) -> Self {
+        let (code, said) = reproduce(&folder, "sound", arguments);
+        assert!(code == 0, "{code}: {said}");
+        ends(&folder, 0, "report baseline save sound/run.json main");
+        let files = "--junit checks.xml --summary summary.md";
+        let against = format!("--perturb {fault} --baseline main {files}");
+        let against = against.words();
+        let (code, said) = reproduce(&folder, "faulty", &[arguments, &against].concat());
+        let page = folder.join("faulty/report.html");
+        Seeded {
+            folder,
+            code,
+            said,
+            page,
+        }
+    }
+
+    /// Without YADE: the paper's scene against the recorded run.
+    pub fn stiffness() -> Arc<Self> {
+        static MADE: Mutex<Option<Arc<Seeded>>> = Mutex::new(None);
+        of_two(&MADE, || {
+            Seeded::new(new_folder(), "stiffness=1e-3", &["--recorded"])
+        })
+    }
+
+    /// With YADE.
+    pub fn slow() -> Arc<Self> {
+        static MADE: Mutex<Option<Arc<Seeded>>> = Mutex::new(None);
+        let folder = || folder_with(&small_scene());
+        of_two(&MADE, || {
+            Seeded::new(folder(), "slow=4", &["--scene", "scene.json"])
+        })
+    }
+}
+
+/// Two tests look at what takes minutes to make, where there is a browser: the first makes it, and the second takes it away.
+fn of_two<T>(made: &Mutex<Option<Arc<T>>>, make: impl FnOnce() -> T) -> Arc<T> {
+    let mut made = made.lock().expect("the other test has made it");
+    match made.take() {
+        Some(known) => known,
+        None if cfg!(feature = "live") => made.insert(Arc::new(make())).clone(),
+        None => Arc::new(make()),
+    }
+}
 
 /// The names of the test cases that failed, as `suite/case`, with what they say.
 fn failures(folder: &Path) -> Vec<(String, String)> {
@@ -44,9 +86,14 @@ fn failures(folder: &Path) -> Vec<(String, String)> {
 
 #[test]
 fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary() {
-    let folder = &new_folder();
-    let (code, said, page) = seeded(folder, "stiffness=1e-3", &RECORDED);
-    assert_eq!(code, 1, "{said}");
+    let made = Seeded::stiffness();
+    let Seeded {
+        folder,
+        code,
+        said,
+        page,
+    } = &*made;
+    assert_eq!(*code, 1, "{said}");
     has(&said, ["WORSE than main"]);
     let failed = failures(folder);
     let bits = "compare/sorted-recorded/bits-along-the-way";
@@ -74,9 +121,14 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() {
-    let folder = &folder_with(&small_scene());
-    let (code, said, page) = seeded(folder, "slow=4", &["--scene", "scene.json"]);
-    assert_eq!(code, 1, "{said}");
+    let made = Seeded::slow();
+    let Seeded {
+        folder,
+        code,
+        said,
+        page,
+    } = &*made;
+    assert_eq!(*code, 1, "{said}");
     let failed = failures(folder);
     assert!(!failed.is_empty(), "{said}");
     for (id, words) in failed {

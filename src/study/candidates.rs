@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use crate::study::candidates::judge::Candidates;
 use crate::study::member::{Beds, MIRRORED, Members, OfBeds};
 use crate::study::realization::Change::{
-    self, Alpha, CloudSpeed, Columns, Diameter, DiameterSameArea, Friction, Hold, Settled, Size,
-    Speed, Spheres, Step,
+    self, Alpha, CloudSpeed, Columns, Dashpots, Diameter, DiameterSameArea, Friction, Hold,
+    Settled, Size, Speed, Spheres, Step,
 };
-use crate::study::realization::{LAWS, Setting, Specification, changed};
+use crate::study::realization::{Damped, LAWS, Setting, Specification, changed};
 use crate::study::search::matching::{Search, keep};
 use crate::study::search::space;
 use crate::study::{Judged, StudyError};
@@ -181,6 +181,8 @@ const BEST: &str = "best-1";
 const SPEED_AND_DAMPING: &str = "punch speed and damping";
 const NEVER_PRINTED: &str = "never printed; R = 5 mm follows from the control volume alone";
 const POURED: &str = "'randomly poured'";
+const RESTITUTION: &str = "(restitution)";
+const DASHPOTS: &str = "'spring-dashpot interactions' without a constant; from a ball of clay to one of glass, beside Cundall's damping or in its place";
 
 /// A choice, the unit of its values, what the paper says and why the range is what it is, and what a value changes.
 struct Choice {
@@ -234,7 +236,7 @@ impl Choice {
     }
 }
 
-const CHOICES: [Choice; 15] = [
+const CHOICES: [Choice; 18] = [
     choice("settle rule", "of the peak")
         .because(
             "'almost completely dissipate'; kinetic energy over its peak, from visible motion to \
@@ -292,6 +294,24 @@ const CHOICES: [Choice; 15] = [
     choice("friction of the punch", "rad")
         .because("the 'rigid body' has no printed friction; smooth and rough")
         .over(&[0.0, 0.3], &[0.3], Change::PunchFriction)
+        .beside_search(),
+    choice("dashpots and damping", RESTITUTION)
+        .because(DASHPOTS)
+        .over(&[0.2, 0.5, 0.8], &[0.5], |e_n| {
+            Dashpots(e_n, Damped::InBothStages)
+        })
+        .beside_search(),
+    choice("dashpots, damping in pouring alone", RESTITUTION)
+        .because(DASHPOTS)
+        .over(&[0.2, 0.5, 0.8], &[], |e_n| {
+            Dashpots(e_n, Damped::InPouring)
+        })
+        .beside_search(),
+    choice("dashpots alone", RESTITUTION)
+        .because(DASHPOTS)
+        .over(&[0.2, 0.5, 0.8], &[0.5], |e_n| {
+            Dashpots(e_n, Damped::Nowhere)
+        })
         .beside_search(),
     choice("volume of a grain", "(the bed's porosity)")
         .because(

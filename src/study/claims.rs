@@ -27,7 +27,7 @@ use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-pub const CLAIMS_VERSION: u32 = 6;
+pub const CLAIMS_VERSION: u32 = 7;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
@@ -51,7 +51,8 @@ pub struct Claims {
     pub claims: Vec<Claim>,
     /// Of the same author's earlier paper.
     pub earlier: Vec<Claim>,
-    /// How many of the paper's claims came to which verdict; `undecided` for those that need more members.
+    /// How many of the paper's claims came to which verdict; `undecided` for those that need more members, `not computable` for those
+    /// that hang on a number which no members make.
     pub verdicts: BTreeMap<String, usize>,
     pub complete: bool,
     pub figures: Figures,
@@ -114,6 +115,13 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     claims.push(shapes::conclusion(&claims));
     let mut earlier = shapes::of_earlier_paper(members, &claims);
     for claim in claims.iter_mut().chain(&mut earlier) {
+        if let Some(row) = claim.not_computable() {
+            let why = format!(
+                " Not computable: {}, of {} packings out of {}.",
+                row.what, row.packings, row.looked_at
+            );
+            claim.reading += &why;
+        }
         // Of too few members there are no numbers.
         claim.reading = claim
             .reading
@@ -294,6 +302,8 @@ pub struct Row {
     /// SI unit, `1` for a ratio.
     pub unit: Cow<'static, str>,
     pub packings: usize,
+    /// Those included whose value was set aside.
+    pub looked_at: usize,
     pub ratio: Option<Interval>,
     /// None for a number that decides nothing.
     pub judged: Option<Judged>,
@@ -310,6 +320,7 @@ impl Row {
             ours: number.at(LEVEL),
             unit: "1".into(),
             packings: number.packings,
+            looked_at: number.looked_at,
             ratio: None,
             judged: None,
             probabilities: Vec::new(),
@@ -416,6 +427,18 @@ impl Claim {
 
     fn by(self, rule: Rule, rows: Vec<Row>) -> Self {
         self.with(verdict(&rows, rule), rows)
+    }
+
+    /// The number for which there is no interval though the packings are enough for one: it is no evidence, and more packings will
+    /// not make it. None where something else decides.
+    fn not_computable(&self) -> Option<&Row> {
+        let missing = |row: &&Row| {
+            row.judged.is_some() && row.ours.is_none() && row.looked_at >= FEWEST_AGAINST
+        };
+        self.rows
+            .iter()
+            .find(missing)
+            .filter(|_| self.verdict.is_none())
     }
 
     /// The first number beyond its limits where the claim does not hold or cannot be decided, the first undecided one where it is undecided, else

@@ -182,9 +182,9 @@ pub struct Distribution {
     pub theory: Option<f64>,
     /// The fitted law: gamma, or Laplace, which has both signs.
     pub fitted: Option<Law>,
-    /// Realizations whose grain bears nothing; all else is of the others.
+    /// Realizations whose grain bears nothing or, of a load, is pulled; all else is of the others.
     pub zeros: usize,
-    /// From small to large, without zeros.
+    /// From small to large, without those.
     pub values: Vec<f64>,
 }
 
@@ -200,7 +200,10 @@ impl Distribution {
         let Parted {
             zeros,
             others: mut values,
-        } = Parted::of(values);
+        } = match family {
+            Family::Laplace => Parted::of(values),
+            _ => Parted::loads(values),
+        };
         values.sort_by(f64::total_cmp);
         Distribution {
             name: name.into(),

@@ -15,8 +15,10 @@ use grains::native;
 use grains::native::pouring::{Phase, Softly};
 use grains::native::{NativeError, Trouble};
 use grains::scene::{
-    AfterForce, Cell, Cloud, Damping, Scene, Shape, TimeStep, paper_scene, parse_scene,
+    AfterForce, Cell, Cloud, Damping, Scene, Shape, Tension, TimeStep, Viscosity, paper_scene,
+    parse_scene,
 };
+
 use grains::tables::{Snapshot, Stage, StopReason};
 use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
@@ -487,6 +489,8 @@ pub enum Change {
     /// ΔD/D.
     Dispersion(f64),
     EqualPorosity,
+    /// Dashpots at every contact that give its pair this restitution and do not pull, in both stages.
+    Dashpots(f64, Damped),
     /// The punch stands still for so long after the force, s; at zero it does not wait.
     Hold(f64),
     /// Grains have the mass of spheres.
@@ -494,6 +498,14 @@ pub enum Change {
     /// Mean diameter, m, with as many grains in a cloud that is as loose.
     Diameter(f64),
     DiameterSameArea(f64),
+}
+
+/// Where Cundall's damping is left beside dashpots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Damped {
+    InBothStages,
+    InPouring,
+    Nowhere,
 }
 
 /// The scene with these changes, one after the other.
@@ -547,6 +559,19 @@ impl Change {
             }
             Change::Dispersion(dispersion) => scene.particles.dispersion = dispersion,
             Change::EqualPorosity => scene.measurement.cell = Cell::EqualPorosity,
+            Change::Dashpots(e_n, damped) => {
+                let tension = Tension::Clipped;
+                let of_loading = scene.loading.contact.iter_mut();
+                for contact in of_loading.chain([&mut scene.contact]) {
+                    contact.viscosity = Viscosity::Restitution { e_n, tension };
+                }
+                let none = Damping::Cundall { alpha: 0.0 };
+                match damped {
+                    Damped::InBothStages => {}
+                    Damped::InPouring => scene.loading.damping = Some(none),
+                    Damped::Nowhere => (scene.damping, scene.loading.damping) = (none, None),
+                }
+            }
             Change::Hold(seconds) if seconds > 0.0 => {
                 scene.loading.after_force = AfterForce::StandStill { seconds };
             }

@@ -4,7 +4,7 @@
 mod broken;
 mod look;
 
-use crate::regression::{RECORDED, seeded};
+use crate::regression::Seeded;
 use crate::support::browser::Browser;
 use crate::support::*;
 
@@ -145,17 +145,19 @@ fn first_screen(browser: &mut Browser, page: &Path, name: &str, named: &[(&str, 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
-    let folder = &new_folder();
-    let (code, said, page) = seeded(folder, "stiffness=1e-3", &RECORDED);
-    assert_eq!(code, 1, "{said}");
+    let made = Seeded::stiffness();
+    let Seeded {
+        code, said, page, ..
+    } = &*made;
+    assert_eq!(*code, 1, "{said}");
     let named = [
         (".verdict strong", "Different, and worse than main"),
         (".verdict .named", "new failures"),
         ("td", "compare/sorted-recorded/same-stages"),
     ];
     let mut browser = Browser::start();
-    first_screen(&mut browser, &page, "seeded", &named);
-    inspect(&mut browser, "seeded", &page);
+    first_screen(&mut browser, page, "seeded", &named);
+    inspect(&mut browser, "seeded", page);
     // What stands at the end of the page is not on the first screen: the question can be answered with no.
     let top = look::look(&mut browser, "top('h2', 'Runs, versions')");
     assert!(top.as_f64().is_some_and(|top| top > 900.0));
@@ -164,12 +166,14 @@ fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium and YADE")]
 fn a_slower_kernel_and_its_verdict_are_on_the_first_screen() {
-    let folder = &folder_with(&small_scene());
-    let (code, said, page) = seeded(folder, "slow=4", &["--scene", "scene.json"]);
-    assert_eq!(code, 1, "{said}");
+    let made = Seeded::slow();
+    let Seeded {
+        code, said, page, ..
+    } = &*made;
+    assert_eq!(*code, 1, "{said}");
     let named = [
         (".verdict strong", "Agreed, and worse than main"),
         (".verdict .named", "slower: time a step of YADE"),
     ];
-    first_screen(&mut Browser::start(), &page, "slower", &named);
+    first_screen(&mut Browser::start(), page, "slower", &named);
 }

@@ -4,6 +4,8 @@ use evidence::distribution::Distribution;
 
 use crate::support::near;
 
+use crossgrain::study::claims::Claims;
+
 use super::{NO, claims_where, none_of, only, verdict};
 
 /// Gamma laws of shape 2 are no exponentials, and their sums no Erlang laws of shape N; means stay.
@@ -25,6 +27,60 @@ fn another_form_is_noticed() {
     let others = "exponential.O exponential.A exponential.B exponential.theory exponential.xx
         exponential.gravity variation.load variation.gravity erlang conclusion earlier.normal";
     only(&claims, others);
+}
+
+/// One grain that is pulled leaves every shape what it is, and every verdict.
+#[test]
+fn a_pulled_grain_is_no_excuse() {
+    let (shape, scale) = (2.0, 0.5);
+    let with = |pulled| {
+        claims_where(|of| {
+            of.normal = Distribution::Gamma { shape, scale };
+            (of.pulled, of.factor, of.heights) = (pulled, [1.3; 3], [0.49; 3]);
+        })
+    };
+    let (sound, pulled) = (with(0), with(1));
+    assert_eq!(pulled.verdicts, sound.verdicts);
+    none_of(
+        &pulled,
+        "exponential.O exponential.A exponential.B conclusion",
+    );
+    let shapes = |of: &Claims| -> Vec<(String, usize)> {
+        let rows = of.claims.iter().flat_map(|claim| &claim.rows);
+        let shapes = rows.filter(|row| row.what.ends_with("gamma shape"));
+        shapes.map(|row| (row.what.clone(), row.packings)).collect()
+    };
+    let (sound, pulled) = (shapes(&sound), shapes(&pulled));
+    assert!(!sound.is_empty());
+    // It is no part of the sample that a shape is of, and that is said.
+    let of_loads = |of: &&(String, usize)| of.0.starts_with("Σ_zz of grains");
+    let counts = |of: &[(String, usize)]| {
+        of.iter()
+            .filter(of_loads)
+            .map(|of| of.1)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(counts(&sound), [600; 3]);
+    assert_eq!(counts(&pulled), [599; 3]);
+}
+
+/// Where no stress can be computed from, a claim says so; that is neither evidence nor too little of it.
+#[test]
+fn what_cannot_be_computed_is_said() {
+    let claims = claims_where(|of| of.normal = Distribution::Exponential { mean: 0.0 });
+    let at_o = claims.claims.iter().find(|of| of.id == "exponential.O");
+    let at_o = at_o.expect("is there");
+    assert_eq!(at_o.verdict, None);
+    assert!(
+        at_o.reading.contains("Not computable: "),
+        "{}",
+        at_o.reading
+    );
+    assert!(
+        claims.verdicts["not computable"] > 0,
+        "{:?}",
+        claims.verdicts
+    );
 }
 
 /// A third more at A: what is said of A and of all points fails, what is said of O, B and of forms does not.

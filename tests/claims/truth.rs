@@ -31,6 +31,8 @@ pub struct Truth {
     pub missed: f64,
     /// Added to every σ_zz under gravity, over its mean.
     pub gravity_shift: f64,
+    /// So many members have a grain at each point that is slightly pulled.
+    pub pulled: u64,
 }
 
 impl Truth {
@@ -48,6 +50,7 @@ impl Truth {
             porosity: 0.168,
             missed: 0.0,
             gravity_shift: 0.0,
+            pulled: 0,
         }
     }
 }
@@ -147,6 +150,11 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
                         false => (WEIGHT, truth.gravity_shift),
                     };
                     let grain = (truth.normal.draw(&mut source) + shift) * mean;
+                    let grain = if number > truth.pulled {
+                        grain
+                    } else {
+                        -1.0e-3
+                    };
                     let mut at = |what: &str, value: f64| {
                         add(&format!("{moment}.stress.{point}.{what}"), value)
                     };

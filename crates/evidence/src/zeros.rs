@@ -1,6 +1,6 @@
-//! Values of which some are exactly zero, as the load of a grain that carries nothing: a share of all that no continuous
-//! distribution has a place for. What is said of the others' distribution – fit, distance, shape, coefficient of variation, share
-//! above multiples of the mean – is said under the condition that a value is not zero, with the share of zeros beside it.
+//! Values of which some are exactly zero, as the load of a grain that carries nothing, or below zero, as that of one that is pulled:
+//! a share of all that the continuous laws of loads have no place for. What is said of the others' distribution – fit, distance, shape, coefficient of variation, share
+//! above multiples of the mean – is said under the condition that a value is none of them, with their share beside it.
 
 use super::Interval;
 use super::proportion::wilson;
@@ -8,14 +8,24 @@ use super::proportion::wilson;
 /// Values parted into zeros and others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parted {
-    /// How many are exactly zero.
+    /// How many are exactly zero, or set aside with those.
     pub zeros: usize,
     pub others: Vec<f64>,
 }
 
 impl Parted {
     pub fn of(values: &[f64]) -> Self {
-        let others: Vec<f64> = values.iter().copied().filter(|of| *of != 0.0).collect();
+        Parted::by(values, |value| value != 0.0)
+    }
+
+    /// Of loads: those at or below zero are set aside. A law of positive values has no place for either.
+    pub fn loads(values: &[f64]) -> Self {
+        // What is not a number is no load either, and must not be hidden as one.
+        Parted::by(values, |value| value > 0.0 || value.is_nan())
+    }
+
+    fn by(values: &[f64], stays: impl Fn(f64) -> bool) -> Self {
+        let others: Vec<f64> = values.iter().copied().filter(|of| stays(*of)).collect();
         Parted {
             zeros: values.len() - others.len(),
             others,
@@ -57,5 +67,12 @@ mod tests {
         // √(2/0.9 − 1) = 1.106.
         assert!((coefficient_of_variation(&values) - 1.106).abs() < 0.08);
         assert!(Parted::of(&[]).share_of_zeros(0.95).is_none());
+        // Three that are slightly negative change nothing but the share.
+        let pulled = [&values[..], &[-1.0e-3, -2.0e-3, -1.0e-9]].concat();
+        let loads = Parted::loads(&pulled);
+        assert_eq!(
+            (loads.zeros, loads.others),
+            (parted.zeros + 3, parted.others)
+        );
     }
 }

@@ -302,7 +302,7 @@ fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> 
     let values = rows.iter().filter_map(|row| row.published(figure));
     let values: Vec<f64> = values.collect();
     // Shapes are those of grains that bear load.
-    let parted = (figure.of != Of::Mean).then(|| Parted::of(&values));
+    let parted = (figure.of != Of::Mean).then(|| Parted::loads(&values));
     let zeros = parted.as_ref().and_then(|of| of.share_of_zeros(LEVEL));
     let values = parted.map_or(values, |of| of.others);
     let fewest = FEWEST[usize::from(figure.of != Of::Mean)];

@@ -156,7 +156,7 @@ fn volumes(scene: &Scene, members: &[Member], moment: Moment, point: &'static st
         let (area, rise) = (mean_of(|one| one.cell), mean_of(|one| one.rise));
         let n = cells as f64;
         let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
-        let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others).at(LEVEL);
+        let shape = sample::law_shape(Family::Gamma, &Parted::loads(&sums).others).at(LEVEL);
         let ratio = coefficient_of_variation(&sums) / single;
         Some(Volume {
             cells,
@@ -312,7 +312,7 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
         let (point, words) = (&of.point, of.moment.words());
         for cells in JUDGED {
             let sums = sums(members, of.moment, point, cells);
-            let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others);
+            let shape = sample::law_shape(Family::Gamma, &Parted::loads(&sums).others);
             let name = format!("{point}, {words}: gamma shape over N of {cells} cells");
             rows.push(Row::judged(name, limits, shape.over(cells as f64)).against(1.0));
         }

@@ -136,7 +136,11 @@ pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Fig
 impl Claim {
     /// The verdict in words, also where there is none.
     pub(super) fn word(&self) -> &'static str {
-        self.verdict.map_or("undecided", Verdict::words)
+        match (self.verdict, self.not_computable()) {
+            (Some(verdict), _) => verdict.words(),
+            (None, Some(_)) => "not computable",
+            (None, None) => "undecided",
+        }
     }
 
     /// Whether there is a verdict: which one is a finding, not a failure.

@@ -131,7 +131,7 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
         let law = Distribution::Exponential { mean: published };
         let limit = published * 20f64.ln();
         let above = values.iter().filter(|value| **value > limit).count();
-        let parted = Parted::of(&values);
+        let parted = Parted::loads(&values);
         let over = sample::mean(&values).over(published);
         let mut row = near(format!("mean of Σ_zz over V_c σ_zz at {point}"), 1.0, over);
         if let Some(fit) = goodness::known(&law, &parted.others, super::shapes::SAMPLES) {
@@ -142,7 +142,7 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
         let name = |what: &str| format!("{what} at {point}");
         let variation = name("variation of Σ_zz of grains that bear load");
         let beyond = name("share above the theory's 95 % value");
-        let nothing = name("share of grains that bear nothing");
+        let nothing = name("share of grains that bear nothing or are pulled");
         rows.extend([
             row,
             near(variation, 1.0, sample::variation(&parted.others)),

@@ -87,6 +87,8 @@ pub fn together(members: &[Member], moment: Moment, point: &str, grains: usize) 
 /// A number over packings: its interval at any level.
 pub struct Number<'a> {
     pub packings: usize,
+    /// Those included whose value was set aside.
+    pub looked_at: usize,
     of: Box<dyn Fn(f64) -> Option<Interval> + 'a>,
 }
 
@@ -94,8 +96,14 @@ impl<'a> Number<'a> {
     pub fn new(packings: usize, of: impl Fn(f64) -> Option<Interval> + 'a) -> Self {
         Number {
             packings,
+            looked_at: packings,
             of: Box::new(of),
         }
+    }
+
+    /// Out of so many packings, of which the others were set aside.
+    pub fn out_of(self, looked_at: usize) -> Self {
+        Number { looked_at, ..self }
     }
 
     pub fn at(&self, level: f64) -> Option<Interval> {
@@ -103,9 +111,11 @@ impl<'a> Number<'a> {
     }
 
     pub fn over(self, other: f64) -> Self {
-        Number::new(self.packings, move |level| {
+        let looked_at = self.looked_at;
+        let over = Number::new(self.packings, move |level| {
             Some(self.at(level)?.over(other))
-        })
+        });
+        over.out_of(looked_at)
     }
 }
 
@@ -121,7 +131,7 @@ pub fn variation(values: &[f64]) -> Number<'_> {
     })
 }
 
-/// Share of packings in which the value is exactly zero, with Wilson's interval.
+/// Share of packings whose value was set aside, with Wilson's interval.
 pub fn zeros(of: &Parted) -> Number<'_> {
     Number::new(of.zeros + of.others.len(), |level| of.share_of_zeros(level))
 }

@@ -29,16 +29,22 @@ const DECIDED_BY: &str = "Of grains that bear load: coefficient of variation wit
 
 /// The numbers of one sample: what decides, and what is shown.
 fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
-    let parted = Parted::of(values);
+    let parted = Parted::loads(values);
+    let looked_at = values.len();
     let values = &parted.others;
     let name_of = |what: &str| format!("{name} of grains that bear load: {what}");
     let variation = name_of("coefficient of variation");
-    let mut variation = Row::judged(variation, VARIATION, sample::variation(values)).against(1.0);
+    let mut variation = Row::judged(
+        variation,
+        VARIATION,
+        sample::variation(values).out_of(looked_at),
+    )
+    .against(1.0);
     if let Some(fit) = goodness::fitted(Family::Exponential, values, SAMPLES) {
         let test = "exponential with the fitted mean (Lilliefors' D, drawn samples)";
         variation = variation.with_fit(test, &fit);
     }
-    let of_law = |family| sample::law_shape(family, values);
+    let of_law = |family| sample::law_shape(family, values).out_of(looked_at);
     let mut shape = Row::judged(name_of("gamma shape"), SHAPE, of_law(Family::Gamma)).against(1.0);
     if let Some(found) = against_exponential(Family::Gamma, values) {
         shape = shape.with("shape 1 (likelihood ratio, χ²₁)", found.ratio, found.p);
@@ -59,7 +65,7 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
         let what = name_of(&format!("share above {multiple:.0} of their means"));
         Row::shown(what, number).against(share)
     };
-    let nothing = format!("{name}: share of grains that bear nothing");
+    let nothing = format!("{name}: share of grains that bear nothing or are pulled");
     let mut rows = vec![variation, shape];
     rows.extend(ABOVE.map(above));
     rows.push(Row::shown(name_of("Weibull shape"), of_law(Family::Weibull)).against(1.0));
@@ -67,12 +73,12 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
     rows
 }
 
-/// The share of grains that bear nothing, the last of [`rows_of`], in words.
+/// The share of grains that bear nothing or are pulled, the last of [`rows_of`], in words.
 fn nothing(rows: &[Row]) -> String {
     let share = rows.last().and_then(|row| row.ours);
     share.map_or(String::new(), |of| {
         format!(
-            "{:.1} % ({:.1} to {:.1}) bear nothing.",
+            "{:.1} % ({:.1} to {:.1}) bear nothing or are pulled.",
             100.0 * of.estimate,
             100.0 * of.low,
             100.0 * of.high
