@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use crate::checks::{Check, Outcome};
 use crate::exit;
-pub use plot::{Axis, Colour, Mark, Plot, Point, Shape};
+pub use plot::{Axis, Colour, Mark, Plot, Point, Shape, Style};
 pub use table::{Cell, Column, Columns, Table, rounded};
 
 /// A job's result for people.

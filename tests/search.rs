@@ -139,3 +139,29 @@ fn the_next_wave_is_near_the_setting_that_made_the_figures() {
         assert!(candidate.is_left(), "{candidate:?}");
     }
 }
+
+/// What the recorded picture shows: filled cells, the values of each choice along both sides, each name once, and a sentence.
+#[test]
+fn the_picture_has_values_on_its_axes_and_says_which_choices_matter() {
+    let recorded: Search = recorded_of(root("reference_data/search-1/wave-2"));
+    let page = report::page(&recorded.document());
+    let words = words_apart(&page, "pairs.svg");
+    let count = |word: &str| words.iter().filter(|of| *of == word).count();
+    for axis in &AXES {
+        for (_, word) in axis.scale.ticks() {
+            assert!(count(&word) >= 2, "{}: {word}", axis.name);
+        }
+    }
+    // Names stand in lines of a few words.
+    let all = words.join(" ");
+    for axis in &AXES {
+        has(&all, [axis.name]);
+    }
+    let svg = page.files.iter().find(|of| of.0.ends_with("pairs.svg"));
+    assert!(!svg.expect("a picture").1.contains("<circle"));
+    let said = "only a part of their range, whatever the others are: friction in pouring 0 to 0.24 rad (of 0 to 0.6)";
+    has(
+        &page.html,
+        [said, "mean diameter 9.6 to 10.2 mm (of 9 to 10.2)"],
+    );
+}

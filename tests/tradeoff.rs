@@ -198,7 +198,7 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     let document = record.document();
     let page = report::page(&document);
     assert!(page.html.contains("hardly-settled"));
-    for name in "cost-and-error-of-the-settled-bed.svg equivalence-of-hardly-settled.svg \
+    for name in "cost-and-error.svg equivalence-of-hardly-settled.svg \
         bias-of-settled-height-mean-surface.csv methods.csv quantities.csv"
         .split_whitespace()
     {
@@ -333,4 +333,31 @@ fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
         fast[key] = plain[key].clone();
     }
     assert_eq!(fast, plain);
+}
+
+/// What the recorded chart shows: the front as a line, each of its methods named, values on both axes, and a sentence.
+#[test]
+fn the_chart_names_its_front_and_says_what_it_shows() {
+    let recorded: Tradeoff = recorded_of(root("reference_data/tradeoff-1"));
+    let page = report::page(&recorded.document());
+    let words = words_apart(&page, "cost-and-error.svg");
+    for frictional in [false, true] {
+        let front = recorded.front(frictional);
+        assert!(front.len() > 2, "{}", front.len());
+        assert!(front.is_sorted_by(|a, b| a.1 < b.1 && a.2.estimate > b.2.estimate));
+        for (of, ..) in front {
+            let is_there = words.iter().any(|word| word.starts_with(&of.method.name));
+            assert!(is_there, "{} has no name", of.method.name);
+        }
+    }
+    let values: Vec<f64> = words.iter().filter_map(|of| of.parse().ok()).collect();
+    assert!(values.len() > 9, "{values:?}");
+    let (_, svg) = &page.files[0];
+    assert!(svg.contains("viewBox=\"0 0 1240 "), "as wide as the page");
+    for word in ["front", "native", "margin", "a reference against itself"] {
+        assert!(words.iter().any(|of| of == word), "{word}");
+    }
+    let said = "not shown to err beyond a margin is step 0.65, poured at E/10 until 1e-3, at 0.78 s against the \
+                reference&#39;s 1.84 s.";
+    has(&page.html, [said]);
 }

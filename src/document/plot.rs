@@ -10,6 +10,8 @@ pub struct Plot {
     pub caption: String,
     pub x: Axis,
     pub y: Axis,
+    /// Over the whole width of its page.
+    pub wide: bool,
     /// In the order in which they are drawn.
     pub marks: Vec<Mark>,
 }
@@ -25,6 +27,8 @@ pub struct Axis {
     /// Names at 0, 1, 2, … instead of numbers; empty for numbers. On the vertical axis the first stands on top, and intervals and
     /// levels are of the horizontal axis.
     pub categories: Vec<String>,
+    /// Places and words that stand there instead of round numbers; empty for these.
+    pub ticks: Vec<(f64, String)>,
 }
 
 /// What is drawn.
@@ -44,7 +48,7 @@ pub enum Shape {
         points: Vec<[f64; 2]>,
     },
     Points {
-        hollow: bool,
+        style: Style,
         points: Vec<Point>,
     },
     /// The area between two lines: x, lower, upper.
@@ -53,6 +57,19 @@ pub enum Shape {
     Bars(Vec<[f64; 3]>),
     /// A value across the whole plot.
     Level(f64),
+    /// Filled areas so dense: left, right, lower, upper, and what each is. With them a plot is as high as it is wide.
+    Cells(f64, Vec<([f64; 4], String)>),
+    /// Words about places.
+    Words(Vec<([f64; 2], String)>),
+}
+
+/// How points are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    Filled,
+    Hollow,
+    /// They stand back, and their labels are seen only when one points at them.
+    Pale,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -151,8 +168,14 @@ impl Plot {
             caption: caption.into(),
             x,
             y,
+            wide: false,
             marks: Vec::new(),
         }
+    }
+
+    #[must_use]
+    pub fn over_the_page(self) -> Self {
+        Plot { wide: true, ..self }
     }
 
     /// With a line through points on top.
@@ -165,23 +188,23 @@ impl Plot {
     /// With points on top, if there are any.
     #[must_use]
     pub fn points(self, name: &str, colour: Colour, of: impl IntoIterator<Item = Point>) -> Self {
-        self.group(name, colour, false, of)
+        self.group(name, colour, Style::Filled, of)
     }
 
-    /// With filled or hollow points on top, if there are any.
+    /// With points of a style on top, if there are any.
     #[must_use]
     pub fn group(
         self,
         name: &str,
         colour: Colour,
-        hollow: bool,
+        style: Style,
         points: impl IntoIterator<Item = Point>,
     ) -> Self {
         let points: Vec<Point> = points.into_iter().collect();
         if points.is_empty() {
             return self;
         }
-        self.with(name, colour, Shape::Points { hollow, points })
+        self.with(name, colour, Shape::Points { style, points })
     }
 
     /// With the area between two lines, x, lower, upper, on top.
@@ -266,6 +289,17 @@ impl Plot {
                     row([NONE, (*at).into()], [NONE; 4]);
                 }
                 Shape::Level(at) => row([(*at).into(), NONE], [NONE; 4]),
+                Shape::Cells(_, cells) => {
+                    for ([left, right, low, high], words) in cells {
+                        let rest = [(*low).into(), (*high).into(), (*right).into(), words.into()];
+                        row([(*left).into(), NONE], rest);
+                    }
+                }
+                Shape::Words(all) => {
+                    for ([x, y], words) in all {
+                        row(place(*x, *y), [NONE, NONE, NONE, words.into()]);
+                    }
+                }
             }
         }
         table.without_empty_columns()

@@ -3,17 +3,20 @@
 use std::fmt::Write;
 
 use super::svg::{
-    APART, Area, Axes, LETTER, Scale, Tick, framed, grid, key, label, line, whole, widest,
+    APART, Area, Axes, LETTER, Scale, Tick, framed, grid, key, label, line, text, whole, widest,
 };
-use super::views::escaped;
-use crate::document::{Axis, Colour, Mark, Plot, Point, Shape};
+use super::views::{escaped, in_lines};
+use crate::document::{Axis, Colour, Mark, Plot, Point, Shape, Style};
 
-/// Least width of a drawing.
-const WIDTH: f64 = 640.0;
-/// Height between the borders, and of a row of names.
-const HEIGHT: f64 = 290.0;
+/// Least width of a drawing beside another, and over a page.
+const WIDTH: [f64; 2] = [640.0, 1240.0];
+/// Height between the borders of both, and of a row of names.
+const HEIGHT: [f64; 2] = [290.0, 500.0];
 const ROW: f64 = 19.0;
-const SQUARE: f64 = 46.0;
+/// Height of a name on top of a wide drawing.
+const FLAG: f64 = 16.0;
+/// Letters in a line of words about a place at most.
+const IN_LINE: usize = 11;
 /// Letters of a name beside an axis at most.
 const LONGEST: usize = 60;
 /// Points that are nearer than this are one point of a line.
@@ -23,10 +26,10 @@ const NEAR: f64 = 0.3;
 /// labels that find no room are left out too and stand in the file of numbers.
 pub fn svg(plot: &Plot) -> String {
     let rows = plot.y.categories.len();
-    let is_matrix = is_matrix(plot);
-    let height = match rows {
-        0 => HEIGHT,
-        rows if is_matrix => SQUARE * rows as f64,
+    let wide = usize::from(plot.wide);
+    let room = FLAG * flags(plot) as f64;
+    let mut height = match rows {
+        0 => HEIGHT[wide] + room,
         rows => (9.0 * at_one_name(plot) as f64).max(ROW) * rows.max(3) as f64,
     };
     let [xs, ys] = ranges(plot);
@@ -35,22 +38,26 @@ pub fn svg(plot: &Plot) -> String {
         ..Scale::linear(range, along)
     };
     // The first name stands on top.
-    let upwards = |top: f64| match rows {
-        0 => scale(&plot.y, ys, [top + height, top]),
+    let upwards = |top: f64, height: f64| match rows {
+        0 => scale(&plot.y, ys, [top + height, top + room]),
         _ => scale(&plot.y, ys, [top, top + height]),
     };
-    let beside = ticks(&plot.y, &upwards(0.0), APART[1]);
+    let beside = ticks(&plot.y, &upwards(0.0, height), APART[1]);
     let titled = if plot.y.label.is_empty() { 0.0 } else { 20.0 };
     let left = 16.0 + titled + widest(&beside);
-    let total = match is_matrix {
-        true => left + height + 18.0,
-        false => WIDTH.max(left + 380.0),
-    };
+    let total = WIDTH[wide].max(left + 380.0);
     let width = total - left - 18.0;
+    let is_square = |of: &Mark| matches!(of.shape, Shape::Cells(..));
+    if plot.marks.iter().any(is_square) {
+        height = width;
+    }
     let (names, lines) = key([left, total], 20.0, &entries(plot));
     let top = 14.0 + 20.0 * lines as f64;
     let area = [left, top, width, height];
-    let (x, y) = (scale(&plot.x, xs, [left, left + width]), upwards(top));
+    let (x, y) = (
+        scale(&plot.x, xs, [left, left + width]),
+        upwards(top, height),
+    );
     let below = ticks(&plot.x, &x, APART[0]);
     let mut drawing = Drawing {
         plot,
@@ -68,7 +75,7 @@ pub fn svg(plot: &Plot) -> String {
     // Names need no lines.
     let mut lines = axes;
     for ((_, ticks), axis) in lines.iter_mut().zip([&plot.x, &plot.y]) {
-        if !axis.categories.is_empty() {
+        if !axis.categories.is_empty() || !axis.ticks.is_empty() {
             *ticks = &[];
         }
     }
@@ -91,15 +98,23 @@ fn at_one_name(plot: &Plot) -> usize {
     if share { series().count() } else { 1 }
 }
 
-/// Names against themselves, beside with more words: squares.
-fn is_matrix(plot: &Plot) -> bool {
-    let [x, y] = [&plot.x, &plot.y].map(|of| &of.categories);
-    let mut both = x.iter().zip(y);
-    !x.is_empty() && x.len() == y.len() && both.all(|(short, long)| long.starts_with(short))
+/// Names that stand on top of a wide drawing.
+fn flags(plot: &Plot) -> usize {
+    let named = |mark: &Mark| match &mark.shape {
+        Shape::Points { style, points } if *style != Style::Pale => {
+            points.iter().filter(|of| !of.label.is_empty()).count()
+        }
+        _ => 0,
+    };
+    let marks = plot.marks.iter().filter(|_| plot.wide);
+    marks.map(named).sum()
 }
 
 /// Places and words of an axis' ticks.
 fn ticks(axis: &Axis, scale: &Scale, apart: f64) -> Vec<Tick> {
+    if !axis.ticks.is_empty() {
+        return axis.ticks.clone();
+    }
     if axis.categories.is_empty() {
         return scale.ticks(apart);
     }
@@ -136,6 +151,8 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
                 xs.extend(bars.iter().flat_map(|of| [of[0], of[1]]));
                 ys.extend(bars.iter().flat_map(|of| [0.0, of[2]]));
             }
+            // Their axes have a range.
+            Shape::Cells(..) | Shape::Words(_) => {}
         }
     }
     let points = || plot.marks.iter().filter_map(Mark::points).flatten();
@@ -143,7 +160,7 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
         range(&plot.x, &xs, points().any(|of| of.x == 0.0)),
         range(&plot.y, &ys, points().any(|of| of.y == 0.0)),
     ];
-    if !plot.x.categories.is_empty() && downwards && !is_matrix(plot) {
+    if !plot.x.categories.is_empty() && downwards {
         // Words in the last place of a map stand on its right as all others do.
         ranges[0][1] += 0.5;
     }
@@ -206,9 +223,11 @@ fn entries(plot: &Plot) -> Vec<(String, String)> {
         let symbol = match mark.shape {
             Shape::Level(_) => line(1.6, "2 3"),
             Shape::Line { dashed, .. } => line(2.0, dashes(dashed)),
-            Shape::Points { hollow, .. } => circle([11.0, -4.5], colour, hollow, 4.0, 1.0, ""),
+            Shape::Points { style, .. } => circle([11.0, -4.5], colour, style, 4.0, 1.0, ""),
             Shape::Band(_) => box_of(OF_BAND),
             Shape::Bars(_) => box_of(OF_BARS),
+            Shape::Cells(dense, _) => box_of(dense),
+            Shape::Words(_) => String::new(),
         };
         match entries.iter_mut().find(|(_, words)| *words == mark.name) {
             Some((symbols, _)) => *symbols += &symbol,
@@ -229,14 +248,15 @@ const OF_BARS: f64 = 0.45;
 fn circle(
     [x, y]: [f64; 2],
     colour: &str,
-    hollow: bool,
+    style: Style,
     radius: f64,
     opacity: f64,
     title: &str,
 ) -> String {
-    let style = match hollow {
-        true => format!("fill=\"#fff\" stroke=\"{colour}\" stroke-width=\"1.8\""),
-        false => format!("fill=\"{colour}\" fill-opacity=\"{opacity}\""),
+    let style = match style {
+        Style::Hollow => format!("fill=\"#fff\" stroke=\"{colour}\" stroke-width=\"1.8\""),
+        Style::Filled => format!("fill=\"{colour}\" fill-opacity=\"{opacity}\""),
+        Style::Pale => format!("fill=\"{colour}\" fill-opacity=\"{OF_BAND}\""),
     };
     let title = match title {
         "" => String::new(),
@@ -348,8 +368,30 @@ impl Drawing<'_> {
                     }
                 }
                 Shape::Level(at) => self.level(mark.colour, *at),
-                Shape::Points { hollow, points } => {
-                    self.points(points, mark.colour, *hollow, [series, of_points]);
+                Shape::Cells(dense, cells) => {
+                    let mut path = String::new();
+                    for ([left, right, low, high], _) in cells {
+                        let [[left, top], [right, low]] =
+                            [[*left, *high], [*right, *low]].map(|of| self.place(of));
+                        let _ = write!(path, "M{left:.1} {top:.1}H{right:.1}V{low:.1}H{left:.1}Z");
+                    }
+                    self.marks += &format!(
+                        "<path fill=\"{colour}\" fill-opacity=\"{dense}\" stroke=\"#fff\" stroke-width=\"0.6\" d=\"{path}\"/>"
+                    );
+                }
+                Shape::Words(all) => {
+                    for (at, words) in all {
+                        let lines = in_lines(words, IN_LINE);
+                        let [x, y] = self.place(*at);
+                        let first = y + 4.0 - 6.5 * (lines.len() as f64 - 1.0);
+                        for (line, row) in lines.iter().zip(0..) {
+                            let line = text([x, first + 13.0 * f64::from(row)], "middle", line);
+                            self.marks += &format!("<g font-size=\"11.5\">{line}</g>");
+                        }
+                    }
+                }
+                Shape::Points { style, points } => {
+                    self.points(points, mark.colour, *style, [series, of_points]);
                     series = (series + 1) % of_points;
                 }
             }
@@ -377,7 +419,7 @@ impl Drawing<'_> {
     }
 
     /// Points with intervals; on an axis of names several series that share a name stand beside each other.
-    fn points(&mut self, points: &[Point], colour: Colour, hollow: bool, [series, of]: [usize; 2]) {
+    fn points(&mut self, points: &[Point], colour: Colour, style: Style, [series, of]: [usize; 2]) {
         let (downwards, hex) = (!self.plot.y.categories.is_empty(), colour.hex());
         let names = [self.plot.x.categories.len(), self.plot.y.categories.len()];
         // In a map of two axes of names each point has its place for itself.
@@ -390,7 +432,6 @@ impl Drawing<'_> {
         };
         let shift = [apart(names[0], self.area[2]), apart(names[1], self.area[3])];
         let (radius, opacity) = match points.len() {
-            _ if is_matrix(self.plot) => (3.0, 0.9),
             301.. => (2.2, 0.6),
             _ => (3.4, 0.9),
         };
@@ -400,6 +441,7 @@ impl Drawing<'_> {
             }
             let [x, y] = self.place([point.x, point.y]);
             let [x, y] = [x + shift[0], y + shift[1]];
+            let mut highest = y - radius;
             let known = |ends: &[f64; 2]| ends.iter().all(|end| !end.is_nan());
             if let Some([low, high]) = point.interval.filter(known) {
                 let path = if downwards {
@@ -409,6 +451,7 @@ impl Drawing<'_> {
                     format!("M{low:.1} {y:.1}H{high:.1}M{low:.1} {cap:.1}v6M{high:.1} {cap:.1}v6")
                 } else {
                     let [low, high] = [low, high].map(|end| self.y.place(end));
+                    highest = highest.min(high);
                     let cap = x - 3.0;
                     self.taken.push([cap, high, x + 3.0, low]);
                     format!("M{x:.1} {low:.1}V{high:.1}M{cap:.1} {low:.1}h6M{cap:.1} {high:.1}h6")
@@ -416,9 +459,9 @@ impl Drawing<'_> {
                 self.marks +=
                     &format!("<path stroke=\"{hex}\" stroke-width=\"1.4\" d=\"{path}\"/>");
             }
-            self.marks += &circle([x, y], hex, hollow, radius, opacity, &point.label);
+            self.marks += &circle([x, y], hex, style, radius, opacity, &point.label);
             self.taken.push([x - 4.0, y - 4.0, x + 4.0, y + 4.0]);
-            if !point.label.is_empty() {
+            if !point.label.is_empty() && style != Style::Pale {
                 let beside = [
                     ([x + 7.0, y + 4.5], "start"),
                     ([x - 7.0, y + 4.5], "end"),
@@ -433,7 +476,8 @@ impl Drawing<'_> {
                     words: point.label.clone(),
                     colour,
                     places: beside.to_vec(),
-                    point: (names == [0, 0]).then_some([x, y]),
+                    point: (names == [0, 0])
+                        .then_some([x, if self.plot.wide { highest } else { y }]),
                 });
             }
         }
@@ -442,6 +486,9 @@ impl Drawing<'_> {
     /// The words, where no other words, points and bars are. Where no axis is of names, a point's name that finds no room
     /// beside it stands where there is some, at the end of a line from the point, which crosses no words if that can be.
     fn labels(&mut self) -> String {
+        if self.plot.wide {
+            return self.flags();
+        }
         let [left, top, width, height] = self.area;
         let mut svg = String::new();
         let mut written: Vec<[f64; 4]> = Vec::new();
@@ -507,6 +554,36 @@ impl Drawing<'_> {
             }
         }
         svg
+    }
+
+    /// The names on top, each at the end of a line from its point: first those that end there, from the right, then those that
+    /// begin there, from the left, so that no line goes through a name that begins.
+    fn flags(&mut self) -> String {
+        let [left, top, width, _] = self.area;
+        let labels = std::mem::take(&mut self.labels).into_iter();
+        let labels = labels.filter_map(|of| {
+            let [x, y] = of.point?;
+            let begins = x + LETTER * of.words.chars().count() as f64 <= left + width - 6.0;
+            Some((begins, if begins { x } else { -x }, [x, y], of))
+        });
+        let mut labels: Vec<_> = labels.collect();
+        labels.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let (mut lines, mut names) = (String::new(), String::new());
+        for ((begins, _, [x, y], of), row) in labels.into_iter().zip(1..) {
+            let floor = top + FLAG * f64::from(row) - 3.0;
+            let (from, anchor) = if begins {
+                (x + 3.0, "start")
+            } else {
+                (x - 3.0, "end")
+            };
+            let hex = of.colour.hex();
+            lines += &format!(
+                "<path stroke=\"{hex}\" stroke-width=\"0.7\" d=\"M{x:.1} {y:.1}V{:.1}\"/>",
+                floor - 10.0
+            );
+            names += &label(of.colour, [from, floor], anchor, &of.words);
+        }
+        lines + &names
     }
 
     /// Whether nothing stands in this box, and it is not at the frame.
@@ -607,7 +684,12 @@ mod tests {
             .line("a long name", Colour::Blue, curve(|x| 10.0 * x))
             .with("dashed", Colour::Vermilion, dashed)
             .points("points", Colour::Green, some)
-            .group("hollow", Colour::Purple, true, [Point::at(5.0, 80.0)])
+            .group(
+                "hollow",
+                Colour::Purple,
+                Style::Hollow,
+                [Point::at(5.0, 80.0)],
+            )
             .level("a limit", Colour::Ochre, 75.0)
             .level("another limit", Colour::Vermilion, 76.0);
         let grows = (0..50).map(|i| [f64::from(1 + i), 1e-16 * 2f64.powi(i)]);

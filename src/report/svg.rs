@@ -250,8 +250,13 @@ pub fn key([left, right]: [f64; 2], top: f64, entries: &[(String, String)]) -> (
 
 /// A whole drawing of this size that needs nothing else.
 pub fn whole([width, height]: [f64; 2], label: &str, contents: &str) -> String {
+    let class = if width > 1000.0 {
+        " class=\"wide\""
+    } else {
+        ""
+    };
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\" aria-label=\"{}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\"{class} viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\" aria-label=\"{}\" \
          font-family=\"'DejaVu Sans', system-ui, sans-serif\" font-size=\"{FONT_SIZE}\" fill=\"{INK}\">\n\
          <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#fff\"/>\n{contents}</svg>\n",
         escaped(label)

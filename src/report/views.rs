@@ -13,7 +13,7 @@ const WIDEST: usize = 60;
 const HEADING: usize = 12;
 
 /// In lines of at most so many letters, broken at spaces; a longer word stands whole.
-fn in_lines(words: &str, most: usize) -> Vec<String> {
+pub fn in_lines(words: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in words.split(' ') {
         let last = lines.len() - 1;

@@ -7,7 +7,9 @@ use super::record::{Beside, Reproduction, Stated};
 use crate::checks::{Check, Outcome};
 use crate::compare::baseline::diff::Diff;
 use crate::compare::first_steps;
-use crate::document::{Axis, Block, Cell, Colour, Document, Plot, Point, Section, Table, Tile};
+use crate::document::{
+    Axis, Block, Cell, Colour, Document, Plot, Point, Section, Style, Table, Tile,
+};
 use crate::error::Error;
 use crate::limits::bench::machine::Machine;
 use crate::paper;
@@ -409,7 +411,12 @@ fn histories(runs: &Runs) -> Section {
             let every = if stage == Stage::Settle { 4 } else { 1 };
             let points = points(yade, every).into_iter();
             let points = points.map(|[x, y]| Point::at(x, y));
-            plot = plot.group("YADE, sorted loop", Colour::Vermilion, true, points);
+            plot = plot.group(
+                "YADE, sorted loop",
+                Colour::Vermilion,
+                Style::Hollow,
+                points,
+            );
         }
         plot
     };

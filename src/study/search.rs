@@ -7,10 +7,10 @@ pub mod space;
 use serde::{Deserialize, Serialize};
 
 use crate::checks::{Check, Outcome, verdict};
-use crate::document::{Axis, Colour, Document, Plot, Point, Section, Table};
+use crate::document::{Axis, Colour, Document, Plot, Section, Shape, Table};
 use crate::study::member::{Beds, Members, OfBeds};
 use crate::study::realization::{OTHER_BED, Setting, Specification};
-use crate::study::search::matching::{BINS, Expectation, Figure, Observed, Search, keep};
+use crate::study::search::matching::{BINS, Expectation, Figure, Map, Observed, Search, keep};
 use crate::study::search::space::{AXES, OF_POURING};
 use crate::study::{Judged, StudyError};
 use evidence::history::{CUT, Candidate, latin_hypercube, spread};
@@ -145,22 +145,19 @@ impl OfBeds for Plan {
     }
 }
 
-/// Implausibilities up to these, and shares from these on, with their colours.
-const LEAST: [(f64, &str, Colour); 4] = [
-    (1.0, "below: implausibility up to 1", Colour::Blue),
-    (2.0, "to 2", Colour::Sky),
-    (CUT, "to 3", Colour::Green),
-    (f64::INFINITY, "beyond, excluded", Colour::Grey),
+/// Implausibilities up to these, and shares from these on, with how dense they are drawn.
+const LEAST: [(f64, &str, f64); 3] = [
+    (1.0, "below: implausibility up to 1", 1.0),
+    (2.0, "up to 2", 0.6),
+    (CUT, "up to 3", 0.28),
 ];
-const LEFT: [(f64, &str, Colour); 3] = [
-    (0.1, "above: a tenth or more is left", Colour::Purple),
-    (
-        0.01,
-        "above: a hundredth or more is left",
-        Colour::Vermilion,
-    ),
-    (1.0e-9, "above: less is left", Colour::Ochre),
+const LEFT: [(f64, &str, f64); 3] = [
+    (0.1, "above: a tenth or more is left", 1.0),
+    (0.01, "above: a hundredth or more", 0.6),
+    (1.0e-9, "above: less", 0.28),
 ];
+/// The side of a square in the picture, of the way from one to the next.
+const SIDE: f64 = 0.76;
 
 /// Settings in the table of the best.
 const SHOWN: usize = 5;
@@ -173,11 +170,11 @@ impl Search {
             verdict: verdict(&checks),
             answer: self.answer(),
             sections: vec![
+                self.maps(),
                 self.targets(),
                 self.controls(),
                 self.best_settings(),
                 self.at_odds(),
-                self.maps(),
                 self.settings().as_details(),
             ],
             checks,
@@ -329,43 +326,144 @@ impl Search {
         Section::new("Which figure stands against which", words).with(table)
     }
 
-    /// A square for each pair of axes: the least implausibility below the diagonal, the share that is left above.
-    fn maps(&self) -> Section {
-        let short = |of: &space::Axis| of.name.split(',').next().unwrap_or(of.name);
-        let with_ends = |of: &space::Axis| {
-            let [low, high] = [0.0, 1.0].map(|at| of.scale.words(at));
-            format!("{}: {low} … {high}", of.name)
+    /// Those that fit the choices; a record may come from anywhere.
+    fn drawn(&self) -> impl Iterator<Item = &Map> {
+        let fits = |of: &&Map| {
+            let sizes = [of.least.len(), of.left.len()];
+            of.axes.iter().all(|axis| *axis < AXES.len()) && sizes == [BINS * BINS; 2]
         };
-        let caption = "Each square is a pair of choices, over all others: below the diagonal the least implausibility, above it \
-                       the share of the settings that is left. In a square values grow to the right and upwards, over the range \
-                       beside the name.";
-        let x = Axis::of_names("", AXES.iter().map(short));
-        let y = Axis::of_names("", AXES.iter().map(with_ends));
-        let mut plot = Plot::new("pairs", caption, x, y);
-        let place =
-            |axis: usize, bin: usize| axis as f64 + 0.9 * ((bin as f64 + 0.5) / BINS as f64 - 0.5);
-        let mut groups: [Vec<Point>; LEAST.len() + LEFT.len()] = Default::default();
-        for map in &self.maps {
-            let [first, second] = map.axes;
-            for bin in 0..BINS * BINS {
-                let (column, row) = (bin % BINS, bin / BINS);
-                // The first name stands on top, and values grow upwards in each square.
-                let at = Point::at(place(first, column), place(second, BINS - 1 - row));
-                let found = map.least[bin];
-                let class = |least: f64| LEAST.iter().position(|of| least <= of.0);
-                if let Some(class) = found.and_then(class) {
-                    groups[class].push(at);
-                }
-                let at = Point::at(place(second, row), place(first, BINS - 1 - column));
-                if let Some(class) = LEFT.iter().position(|of| map.left[bin] >= of.0) {
-                    groups[LEAST.len() + class].push(at);
+        self.maps.iter().filter(fits)
+    }
+
+    /// The least implausibility of each bin of a choice, whatever the others are; none where there is no setting.
+    fn least_of(&self, axis: usize) -> [Option<f64>; BINS] {
+        let mut all = [None; BINS];
+        for map in self.drawn().filter(|of| of.axes.contains(&axis)) {
+            for (bin, least) in map.least.iter().enumerate() {
+                let own = [bin % BINS, bin / BINS][usize::from(map.axes[1] == axis)];
+                if let Some(least) = least {
+                    all[own] = Some(all[own].map_or(*least, |of: f64| of.min(*least)));
                 }
             }
         }
-        for (points, (_, name, colour)) in groups.into_iter().zip(LEAST.into_iter().chain(LEFT)) {
-            plot = plot.points(name, colour, points);
+        all
+    }
+
+    /// Which choices matter.
+    fn said(&self) -> String {
+        if self.maps.is_empty() || !self.is_sound() || self.is_none_left() {
+            return String::new();
         }
-        Section::new("What is left", "").with(plot)
+        let (mut parts, mut whole) = (Vec::new(), Vec::new());
+        for (index, axis) in AXES.iter().enumerate() {
+            let least = self.least_of(index).into_iter().enumerate();
+            let bins = least.filter_map(|(bin, of)| Some((axis.scale.part(bin, BINS), of?)));
+            let (all, least): (Vec<[f64; 2]>, Vec<f64>) = bins.unzip();
+            let left = all.iter().zip(&least).filter(|of| *of.1 <= CUT);
+            let left: Vec<[f64; 2]> = left.map(|of| *of.0).collect();
+            let (title, unit) = space::split(axis.name);
+            if left.len() == all.len() {
+                whole.push(title);
+                continue;
+            }
+            let [left, all] = [left, all].map(|of| axis.scale.told(&of));
+            let left = format!("{left} {unit}");
+            parts.push(format!("{title} {} (of {all})", left.trim_end()));
+        }
+        let mut said = match parts.is_empty() {
+            true => "No choice alone excludes a setting.".to_owned(),
+            false => format!(
+                "These choices keep only a part of their range, whatever the others are: {}.",
+                parts.join("; ")
+            ),
+        };
+        if !whole.is_empty() {
+            said += &format!(" Any value may do of: {}.", whole.join("; "));
+        }
+        said
+    }
+
+    /// A square for each pair of axes: the least implausibility below the diagonal, the share that is left above, and on it the names.
+    fn maps(&self) -> Section {
+        let caption = "Each square is a pair of choices, over all others: below the diagonal the least implausibility, above it \
+                       the share of the settings that is left. On it stands the choice along its column and its row, over its own least \
+                       implausibility.";
+        let last = AXES.len() - 1;
+        let within = |square: usize, at: f64| square as f64 + 0.5 + SIDE * (at - 0.5);
+        let ticks = |square: &dyn Fn(usize) -> usize| {
+            let all = AXES.iter().enumerate();
+            let all = all.flat_map(|(index, axis)| {
+                let ticks = axis.scale.ticks().into_iter();
+                ticks.map(move |(at, words)| (within(square(index), at), words))
+            });
+            all.collect()
+        };
+        let side = Axis::linear("").within(0.0, AXES.len() as f64);
+        let x = Axis {
+            ticks: ticks(&|index| index),
+            ..side.clone()
+        };
+        let y = Axis {
+            ticks: ticks(&|index| last - index),
+            ..side
+        };
+        let mut plot = Plot::new("pairs", caption, x, y).over_the_page();
+        let mut groups: [Vec<([f64; 4], String)>; LEAST.len() + LEFT.len() + 1] =
+            Default::default();
+        let none = groups.len() - 1;
+        let part = |axis: usize, bin: usize| AXES[axis].scale.part(bin, BINS);
+        let drawn = |axis: usize, bin| part(axis, bin).map(|at| AXES[axis].scale.shown(at));
+        let told = |axis: usize, bin: usize| {
+            format!(
+                "{} {}",
+                AXES[axis].name,
+                AXES[axis].scale.told(&[part(axis, bin)])
+            )
+        };
+        let of_least = |least: f64| LEAST.iter().position(|of| least <= of.0);
+        for map in self.drawn() {
+            for (bin, found) in map.least.iter().enumerate() {
+                let Some(least) = found else { continue };
+                let of = [bin % BINS, bin / BINS];
+                let cell = |across: usize, upwards: usize| {
+                    let [x, y] = [across, upwards].map(|side| drawn(map.axes[side], of[side]));
+                    let [left, right] = x.map(|at| within(map.axes[across], at));
+                    let [low, high] = y.map(|at| within(last - map.axes[upwards], at));
+                    [left, right, low, high]
+                };
+                let words = [0, 1].map(|side| told(map.axes[side], of[side])).join("; ");
+                let class = of_least(*least).unwrap_or(none);
+                groups[class].push((cell(0, 1), format!("{words}: {least:.2}")));
+                let share = map.left[bin];
+                let class = LEFT.iter().position(|of| share >= of.0);
+                let class = class.map_or(none, |of| LEAST.len() + of);
+                groups[class].push((cell(1, 0), format!("{words}: {share:.4}")));
+            }
+        }
+        let mut names = Vec::new();
+        for (index, axis) in AXES.iter().enumerate() {
+            let middle = [index, last - index].map(|of| of as f64 + 0.5);
+            names.push(([middle[0], middle[1] + 0.07], axis.name.to_owned()));
+            for (bin, least) in self.least_of(index).into_iter().enumerate() {
+                let Some(least) = least else { continue };
+                let [left, right] = drawn(index, bin).map(|at| within(index, at));
+                let low = middle[1] - 0.5 * SIDE;
+                let words = format!("{}: {least:.2}", told(index, bin));
+                groups[of_least(least).unwrap_or(none)]
+                    .push(([left, right, low, low + 0.1], words));
+            }
+        }
+        let blue = LEAST.map(|of| (Colour::Blue, of));
+        let red = LEFT.map(|of| (Colour::Vermilion, of));
+        let grey = (Colour::Grey, (0.0, "excluded; none is left", 0.16));
+        let classes = blue.into_iter().chain(red).chain([grey]);
+        for (cells, (colour, (_, name, dense))) in groups.into_iter().zip(classes) {
+            if !cells.is_empty() {
+                plot = plot.with(name, colour, Shape::Cells(dense, cells));
+            }
+        }
+        let plot = plot.with("", Colour::Grey, Shape::Words(names));
+        Section::new("What is left", self.said()).with(plot)
     }
 
     fn settings(&self) -> Section {

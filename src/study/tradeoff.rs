@@ -105,9 +105,9 @@ pub struct Point {
     pub screened: Judgement,
     /// On realizations of its own, where it is a candidate.
     pub confirmed: Option<Judgement>,
-    /// The id of the cheapest method with at most its cost and at most its errors of bed and load.
+    /// The id of the cheapest method with at most its cost and at most its error.
     pub dominated_by: Option<String>,
-    /// Whether one of those errors is smaller beyond both intervals.
+    /// Whether that error is smaller beyond both intervals.
     pub clearly: bool,
     /// Realizations that are wanted and are not there.
     pub missing: u64,
@@ -256,34 +256,29 @@ impl Point {
             method: method.clone(),
         }
     }
+
+    /// Its cost, s, and its error, where it can be dominated and dominate.
+    pub fn place(&self) -> Option<(f64, Interval)> {
+        let of = Some(self).filter(|of| of.method.id != FRICTIONAL)?;
+        Some((of.costs?.cpu_seconds, of.screened.error()?))
+    }
 }
 
-/// A point is dominated by the cheapest one with the same reference that costs no more and errs no more in bed and load, by
-/// the estimates. The reference with friction takes no part.
+/// A point is dominated by the cheapest one with the same reference that costs no more and errs no more, by the estimates.
+/// The reference with friction takes no part.
 fn dominance(points: &mut [Point]) {
-    let methods = points.iter().enumerate();
-    let methods = methods.filter(|(_, of)| of.method.id != FRICTIONAL);
-    let places = methods.filter_map(|(index, point)| {
-        let Judgement { bed, load, .. } = &point.screened;
-        let errors = [bed.as_ref()?.error, load.as_ref()?.error];
-        Some((index, point.costs?.cpu_seconds, errors))
-    });
-    let places: Vec<(usize, f64, [Interval; 2])> = places.collect();
-    let frictional: Vec<bool> = points.iter().map(|of| is_frictional(&of.method)).collect();
-    for (index, cost, errors) in &places {
-        let no_worse = |others: &[Interval; 2]| {
-            let mut both = others.iter().zip(errors);
-            both.all(|(other, own)| other.estimate <= own.estimate)
-        };
-        let better = places
-            .iter()
-            .filter(|(other, ..)| other != index && frictional[*other] == frictional[*index])
-            .filter(|(_, c, others)| c <= cost && no_worse(others))
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((other, _, smaller)) = better {
+    let places = points.iter().enumerate();
+    let places = places.filter_map(|(index, of)| Some((index, of.place()?)));
+    let places: Vec<(usize, (f64, Interval))> = places.collect();
+    for (index, (cost, error)) in &places {
+        let better = places.iter().filter(|(other, (c, of))| {
+            let alike = [*other, *index].map(|of| is_frictional(&points[of].method));
+            other != index && alike[0] == alike[1] && c <= cost && of.estimate <= error.estimate
+        });
+        let better = better.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        if let Some((other, (_, smaller))) = better {
             points[*index].dominated_by = Some(points[*other].method.id.clone());
-            let mut both = smaller.iter().zip(errors);
-            points[*index].clearly = both.any(|(other, own)| other.high < own.low);
+            points[*index].clearly = smaller.high < error.low;
         }
     }
 }

@@ -443,6 +443,13 @@ pub fn read_run(path: impl AsRef<Path>) -> RunFolder {
     RunFolder::read(path.as_ref()).expect("a whole run folder")
 }
 
+/// What is recorded of a study.
+pub fn recorded_of<R: DeserializeOwned>(folder: impl AsRef<Path>) -> R {
+    let path = folder.as_ref().join("report.json.gz");
+    let text = read_text(&path, 1 << 26).expect("is there");
+    serde_json::from_str(&text).expect("a record")
+}
+
 /// What is recorded of a study, which its rows give again.
 pub fn judged_again<S: Study, R>(folder: &str) -> (Folder<S>, R)
 where
@@ -451,9 +458,8 @@ where
     let path = root(folder);
     let folder = Folder::<S>::open(&path).expect("recorded evidence");
     let report = folder.judge().expect("a judgement");
-    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
-    let [recorded, again] =
-        [&text, &report.text].map(|text| serde_json::from_str::<R>(text).expect("a record"));
+    let recorded: R = recorded_of(&path);
+    let again: R = serde_json::from_str(&report.text).expect("a record");
     assert!(again == recorded, "{}", path.display());
     (folder, recorded)
 }

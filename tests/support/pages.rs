@@ -40,3 +40,70 @@ pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
     }
     assert!(figures > 0 && figures == page.html.matches("<figure").count());
 }
+
+/// The words of a picture, none of which lies over others or is cut off.
+pub fn words_apart(page: &Page, name: &str) -> Vec<String> {
+    let (_, svg) = page.files.iter().find(|of| of.0 == name).expect(name);
+    let number = |of: &str, after: &str| -> f64 {
+        let rest = of.split_once(after).expect("a place").1;
+        let end = rest.find(['"', ' ', ')']).expect("its end");
+        rest[..end].parse().expect("a number")
+    };
+    let size = svg.split_once("viewBox=\"0 0 ").expect("a size").1;
+    let size: Vec<f64> = size
+        .split(['"', ' '])
+        .map_while(|of| of.parse().ok())
+        .collect();
+    let mut boxes: Vec<(String, f64, [f64; 4])> = Vec::new();
+    for (at, _) in svg.match_indices("<text ") {
+        let (before, of) = svg.split_at(at);
+        let content = of.split_once('>').and_then(|of| of.1.split_once('<'));
+        let content = content.expect("words").0.to_owned();
+        let group = &before[before.rfind("<g ").unwrap_or(0)..];
+        let turned = group.contains("rotate(") && !group.contains("</g>");
+        let small = group.contains("font-size") && !group.contains("</g>");
+        let (place, angle) = match turned {
+            true => {
+                let place = [
+                    number(group, "translate("),
+                    number(&group[group.find("translate").expect("it")..], " "),
+                ];
+                (place, number(group, "rotate(").to_radians())
+            }
+            false => ([number(of, " x=\""), number(of, " y=\"")], 0.0),
+        };
+        let (sin, cos) = angle.sin_cos();
+        // Along the words and across them.
+        let [along, across] = [
+            place[0] * cos + place[1] * sin,
+            place[1] * cos - place[0] * sin,
+        ];
+        let letter = if small { 6.2 } else { 7.0 };
+        let length = letter * content.chars().count() as f64;
+        let anchors = [("start", 0.0), ("middle", 0.5), ("end", 1.0)];
+        let anchor = anchors
+            .iter()
+            .find(|(word, _)| of[..of.find('>').expect("an end")].contains(word));
+        let from = along - anchor.expect("an anchor").1 * length;
+        let own = [from, across - 9.0, from + length, across + 1.0];
+        for [u, v] in [
+            [own[0], own[1]],
+            [own[2], own[1]],
+            [own[0], own[3]],
+            [own[2], own[3]],
+        ] {
+            let [x, y] = [u * cos - v * sin, u * sin + v * cos];
+            let within = x >= -1.0 && x <= size[0] + 1.0 && y >= -1.0 && y <= size[1] + 1.0;
+            assert!(within, "{name}: {content} is cut off at {x:.0} {y:.0}");
+        }
+        for (other, other_angle, of) in &boxes {
+            let meets = own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3];
+            assert!(
+                !meets || *other_angle != angle,
+                "{name}: {content} lies over {other}"
+            );
+        }
+        boxes.push((content, angle, own));
+    }
+    boxes.into_iter().map(|of| of.0).collect()
+}

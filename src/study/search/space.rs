@@ -2,6 +2,7 @@
 
 use grains::scene::{AfterForce, ControlPoint, Damping, Material, Rotation, Scene, SurfaceHeight};
 
+use crate::document::rounded;
 use crate::study::member::MIRRORED;
 use crate::study::realization::{Change, changed, small_scene, whole_scene};
 
@@ -122,7 +123,7 @@ impl Scale {
         match self {
             Scale::Even([low, high]) => low + at * (high - low),
             Scale::PowersOfTen([low, high]) => low * (high / low).powf(at),
-            Scale::FromZero(high) => high * (1.2 * at - 0.2).max(0.0),
+            Scale::FromZero(high) => high * self.shown(at),
             Scale::OneOf(of) => of[level(at, of.len())].1,
         }
     }
@@ -133,6 +134,62 @@ impl Scale {
             Scale::PowersOfTen(_) => format!("{:.2e}", self.value(at)),
             Scale::OneOf(of) => of[level(at, of.len())].0.to_owned(),
             _ => format!("{:.3}", self.value(at)),
+        }
+    }
+
+    /// Places on the axis and what stands there: its ends, or its words.
+    pub fn ticks(&self) -> Vec<(f64, String)> {
+        let words = |at: f64| rounded(self.value(at), 3);
+        match self {
+            Scale::OneOf(of) => {
+                let all = of.iter().zip(0..);
+                let place = |at: u32| (f64::from(at) + 0.5) / of.len() as f64;
+                all.map(|((words, _), at)| (place(at), (*words).to_owned()))
+                    .collect()
+            }
+            _ => [0.0, 1.0].map(|at| (at, words(at))).to_vec(),
+        }
+    }
+
+    /// Where it is drawn, from 0 to 1: a zero that takes a sixth has no width.
+    pub fn shown(&self, at: f64) -> f64 {
+        match self {
+            Scale::FromZero(_) => (1.2 * at - 0.2).max(0.0),
+            _ => at,
+        }
+    }
+
+    /// The part of the axis that stands for a bin of so many.
+    pub fn part(&self, bin: usize, of: usize) -> [f64; 2] {
+        let (bin, of) = match self {
+            Scale::OneOf(words) => {
+                let middle = (bin as f64 + 0.5) / of as f64;
+                (level(middle, words.len()), words.len())
+            }
+            _ => (bin, of),
+        };
+        [bin, bin + 1].map(|end| end as f64 / of as f64)
+    }
+
+    /// What the values of such parts are, from the least to the largest.
+    pub fn told(&self, parts: &[[f64; 2]]) -> String {
+        match self {
+            Scale::OneOf(_) => {
+                let words = parts
+                    .iter()
+                    .map(|[low, high]| self.words(0.5 * (low + high)));
+                words.collect::<Vec<_>>().join(" or ")
+            }
+            _ => {
+                let low = parts.first().map_or(0.0, |of| of[0]);
+                let high = parts.last().map_or(1.0, |of| of[1]);
+                let [low, high] = [low, high].map(|at| rounded(self.value(at), 3));
+                if low == high {
+                    low
+                } else {
+                    format!("{low} to {high}")
+                }
+            }
         }
     }
 
@@ -150,11 +207,16 @@ fn level(at: f64, levels: usize) -> usize {
     ((at * levels as f64) as usize).min(levels - 1)
 }
 
+/// Title and unit.
+pub fn split(name: &str) -> (&str, &str) {
+    name.rsplit_once(", ").unwrap_or((name, ""))
+}
+
 /// The choices that the answer in a sentence has, at these coordinates.
 pub fn told(at: &[f64]) -> String {
     let choices = TOLD.map(|index| {
         let Axis { name, scale, .. } = &AXES[index];
-        let (title, unit) = name.rsplit_once(", ").unwrap_or((name, ""));
+        let (title, unit) = split(name);
         format!("{title} {} {unit}", scale.words(at[index]))
     });
     choices.join(", ")

@@ -3,18 +3,19 @@
 use std::collections::BTreeMap;
 
 use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
-use super::plan::is_frictional;
+use super::plan::{FRICTIONAL, is_frictional};
 use super::{Point, Tradeoff};
 use crate::checks::Outcome;
-use crate::document::{Axis, Colour, Document, Plot, Section, Table, plot};
+use crate::document::{Axis, Colour, Document, Plot, Section, Shape, Style, Table, plot};
 use crate::study::figures::in_row;
 use crate::study::realization::{Runner, Specification};
+use evidence::Interval;
 use evidence::t_test::Finding;
 use grains::native::pouring::{End, Phase};
 use grains::scene::TimeStep;
 
 /// Errors below this share of a margin are drawn there: no margin is known that well.
-const LOWEST: f64 = 0.02;
+const LOWEST: f64 = 0.3;
 
 impl Tradeoff {
     pub fn document(&self) -> Document {
@@ -66,84 +67,151 @@ impl Tradeoff {
              the same scene with friction, whose own point is its null comparison. {IN_NAMES}",
             self.grains, self.screening
         );
-        let bed = self.scatter(
-            "cost-and-error-of-the-settled-bed",
-            "Settled bed: heights, porosities, coordination and the shape of the distribution of stress.",
-            |judged| judged.bed.as_ref(),
-        );
-        let load = self.scatter(
-            "cost-and-error-of-the-loaded-bed",
-            "Loaded bed: local mean stress at O, A and B, and the share of missed loads.",
-            |judged| judged.load.as_ref(),
-        );
-        let drawn = |plot: &Plot| plot.marks.iter().any(|mark| mark.points().is_some());
-        Section::new("Cost against error", words)
-            .with_all([bed, load].into_iter().filter(drawn))
+        let chart = self.chart();
+        let drawn = chart.marks.iter().any(|mark| mark.points().is_some());
+        Section::new("Cost against error", self.said())
+            .with_all(drawn.then_some(chart))
+            .with(words)
             .with(self.by_cost())
             .with_all(self.remarks())
             .with(
-                "A method is dominated by the cheapest one that costs no more and errs no more, in the settled and in the loaded \
-                 bed, by the estimates; where the intervals overlap it is only perhaps dominated. Methods with friction are compared with \
-                 each other only. Processor times are those of \
+                "A method is dominated by the cheapest one that costs no more and errs no more, by the estimates; where the intervals \
+                 overlap it is only perhaps dominated. Methods with friction are compared with each other only. Processor times are those of \
                  single threads while all cores were busy; the steps do not depend on that.",
             )
     }
 
-    fn scatter(
-        &self,
-        name: &str,
-        what: &str,
-        worst: impl Fn(&Judgement) -> Option<&Worst>,
-    ) -> Plot {
+    /// Methods that are not dominated, the cheapest first, with costs and errors.
+    pub fn front(&self, frictional: bool) -> Vec<(&Point, f64, Interval)> {
+        let own = self.points.iter();
+        let own = own.filter(|of| is_frictional(&of.method) == frictional);
+        let own = own.filter(|of| of.dominated_by.is_none());
+        let mut front: Vec<_> = own
+            .filter_map(|of| of.place().map(|(cost, error)| (of, cost, error)))
+            .collect();
+        front.sort_by(|a, b| a.1.total_cmp(&b.1));
+        front
+    }
+
+    /// What the chart says.
+    fn said(&self) -> String {
+        let front = self.front(false);
+        if front.is_empty() {
+            return "No method has an error yet: that takes two clouds, and a load.".to_owned();
+        }
+        let plain = |of: &&Point| !is_frictional(&of.method) && of.place().is_some();
+        let all = self.points.iter().filter(plain).count();
+        let sound = front.iter().find(|(.., error)| error.low <= 1.0);
+        let sound = sound.map_or(
+            "every one of them is shown to err beyond a margin".to_owned(),
+            |(of, cost, _)| {
+                format!(
+                    "the cheapest of them that is not shown to err beyond a margin is {}, at {cost:.2} s against the reference's {:.2} s",
+                    of.method.name,
+                    seconds(&self.reference).unwrap_or_default()
+                )
+            },
+        );
+        format!(
+            "Of {all} methods without friction {} are on the front, where nothing as cheap errs less: {sound}.",
+            front.len()
+        )
+    }
+
+    fn chart(&self) -> Plot {
+        let all = || self.points.iter().chain([&self.reference]);
+        let lacking = self
+            .points
+            .iter()
+            .filter(|of| of.screened.error().is_none());
+        let lacking: Vec<&str> = lacking.map(|of| of.method.name.as_str()).collect();
+        let lacking = match lacking.is_empty() {
+            true => String::new(),
+            false => format!(
+                " Not drawn, without an error of both beds: {}.",
+                lacking.join("; ")
+            ),
+        };
         let caption = format!(
-            "{what} Filled: not dominated; hollow: dominated. Other engines have names where there is room; all methods stand in the \
-             table. Bars: the 95 % interval of the quantity with the largest bias. Errors below {LOWEST} are drawn there. \
-             Dotted: the margin and the null comparison."
+            "Error: the largest bias over its margin, of the settled and of the loaded bed. Filled and named: the front, which no method \
+             with less or as much cost undercuts. Pale: dominated. Rings: references against themselves on other clouds, what chance \
+             alone gives. Bars: 95 % intervals. What is below {LOWEST} is drawn there.{lacking}"
         );
         let x = Axis::logarithmic("processor time of one realization, s");
-        let y = Axis::logarithmic("largest bias over its margin");
-        let mut plot = Plot::new(name, caption, x, y);
-        let chosen = self.recommended.as_ref().and_then(|id| self.point(id));
-        let is_chosen = |of: &Point| chosen.is_some_and(|chosen| chosen.method.id == of.method.id);
-        let recommended = chosen.map_or(String::new(), |of| {
-            format!("recommended: {}", of.method.name)
-        });
-        let groups = [
+        let y = Axis::logarithmic("error over margin");
+        let mut plot = Plot::new("cost-and-error", caption, x, y).over_the_page();
+        let place = |of: &Point, judged: &Judgement| {
+            let error = judged.error()?;
+            let [y, low, high] = [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
+            Some((plot::Point::at(seconds(of)?, y), [low, high]))
+        };
+        let external = self
+            .points
+            .iter()
+            .find(|of| of.method.specification.runner == Runner::External);
+        let external = external.map_or("", |of| &of.method.name);
+        let engines = [
             ("native", Colour::Blue),
-            ("other engines", Colour::Green),
-            ("native, friction", Colour::Ochre),
-            ("other engines, friction", Colour::Purple),
-            (recommended.as_str(), Colour::Vermilion),
+            ("YADE", Colour::Vermilion),
+            (external, Colour::Green),
         ];
-        for (group, (name, colour)) in groups.into_iter().enumerate() {
-            for hollow in [false, true] {
-                let own = |of: &&Point| {
-                    let own = if is_chosen(of) { RECOMMENDED } else { kind(of) };
-                    own == group && of.dominated_by.is_some() == hollow
-                };
-                let own = self.points.iter().filter(own);
-                let points = own.filter_map(|point| {
-                    let error = worst(&point.screened)?.error;
-                    let [y, low, high] =
-                        [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
-                    let mut shown = plot::Point::at(seconds(point)?, y);
-                    if !hollow || point.confirmed.is_some() {
-                        shown = shown.between(low, high);
-                    }
-                    Some(match point.method.specification.runner {
-                        Runner::Native => shown,
-                        _ => shown.labelled(point.method.name.clone()),
-                    })
+        let of_engine = |of: &Point| match of.method.specification.runner {
+            Runner::Native => 0,
+            Runner::External => 2,
+            _ => 1,
+        };
+        for (engine, (name, colour)) in engines.into_iter().enumerate() {
+            let pale = self.points.iter().filter(|of| of.dominated_by.is_some());
+            let pale = pale.filter(|of| of_engine(of) == engine);
+            let pale = pale.filter_map(|of| {
+                let (point, _) = place(of, &of.screened)?;
+                Some(point.labelled(of.method.name.clone()))
+            });
+            plot = plot.group(name, colour, Style::Pale, pale);
+        }
+        for (frictional, name) in [(false, "front"), (true, "front with friction")] {
+            let front = self.front(frictional);
+            let mut points: Vec<[f64; 2]> = Vec::new();
+            for (_, cost, error) in &front {
+                let level = points.last().map(|last| [*cost, last[1]]);
+                points.extend(
+                    level
+                        .into_iter()
+                        .chain([[*cost, error.estimate.max(LOWEST)]]),
+                );
+            }
+            let dashed = frictional;
+            if points.len() > 1 {
+                plot = plot.with(name, Colour::Grey, Shape::Line { dashed, points });
+            }
+            for (engine, (name, colour)) in engines.into_iter().enumerate() {
+                let own = front.iter().filter(|of| of_engine(of.0) == engine);
+                let own = own.filter_map(|(of, ..)| {
+                    let (point, [low, high]) = place(of, &of.screened)?;
+                    let chosen = self.recommended.as_ref() == Some(&of.method.id);
+                    let more = if chosen { ": recommended" } else { "" };
+                    let label = format!("{}{more}", of.method.name);
+                    Some(point.between(low, high).labelled(label))
                 });
-                let dominated = if hollow { ", dominated" } else { "" };
-                plot = plot.group(&format!("{name}{dominated}"), colour, hollow, points);
+                plot = plot.group(name, colour, Style::Filled, own);
             }
         }
-        let plot = plot.level("margin", Colour::Sky, 1.0);
-        let Some(null) = worst(&self.null_comparison) else {
-            return plot;
-        };
-        plot.level("null comparison", Colour::Grey, null.error.estimate)
+        let references = all().filter_map(|of| {
+            let (judged, name) = match of.method.id.as_str() {
+                FRICTIONAL => (&of.screened, of.method.name.as_str()),
+                id if id == self.reference.method.id => (&self.null_comparison, "the reference"),
+                _ => return None,
+            };
+            let (point, [low, high]) = place(of, judged)?;
+            Some(point.between(low, high).labelled(name.to_owned()))
+        });
+        plot.group(
+            "a reference against itself",
+            Colour::Grey,
+            Style::Hollow,
+            references,
+        )
+        .level("margin", Colour::Sky, 1.0)
     }
 
     fn by_cost(&self) -> Table {
@@ -162,7 +230,11 @@ impl Tradeoff {
         let points = points.map(|of| (of.method.name.as_str(), of, &of.screened));
         let rows = references.into_iter().chain(points);
         let error = |worst: &Option<Worst>| Some(worst.as_ref()?.error);
-        let largest = |worst: &Option<Worst>| Some(self.title(&worst.as_ref()?.key).to_owned());
+        let largest = |of: &Judgement| {
+            let worsts = of.bed.iter().chain(&of.load);
+            let worst = worsts.max_by(|a, b| a.error.estimate.total_cmp(&b.error.estimate))?;
+            Some(self.title(&worst.key).to_owned())
+        };
         let made = |of: &Judgement| Some(of.endings.all()).filter(|all| *all > 0);
         let by = |point: &Point| {
             let id = point.dominated_by.as_ref()?;
@@ -172,7 +244,6 @@ impl Tradeoff {
         };
         Table::of("methods", "Every method, by cost", rows)
             .column("method", |(name, ..)| name)
-            .column("what is changed", |(_, of, _)| &of.method.axis)
             .column("processor time, median, s", |(_, of, _)| seconds(of))
             .column("steps of pouring", |(_, of, _)| {
                 of.costs.map(|of| of.pour_steps)
@@ -184,14 +255,9 @@ impl Tradeoff {
                 made(of).map(|_| of.endings.missed())
             })
             .column("of", |(.., of)| made(of))
-            .column("error of the settled bed over margin", |(.., of)| {
-                error(&of.bed)
-            })
-            .column("largest in", |(.., of)| largest(&of.bed))
-            .column("error of the loaded bed over margin", |(.., of)| {
-                error(&of.load)
-            })
-            .column("largest in the loaded bed", |(.., of)| largest(&of.load))
+            .column("error of the settled bed", |(.., of)| error(&of.bed))
+            .column("error of the loaded bed", |(.., of)| error(&of.load))
+            .column("largest in", |(.., of)| largest(of))
             .column("dominated by", |(_, of, _)| by(of))
             .into()
     }
@@ -336,14 +402,6 @@ fn described(of: &Specification) -> String {
 
 fn seconds(point: &Point) -> Option<f64> {
     point.costs.map(|costs| costs.cpu_seconds)
-}
-
-/// Beside the kinds of methods.
-const RECOMMENDED: usize = 4;
-
-fn kind(point: &Point) -> usize {
-    let is_other = !point.method.specification.runner.is_native();
-    usize::from(is_other) + 2 * usize::from(is_frictional(&point.method))
 }
 
 /// What went wrong, and what the engine says of itself.

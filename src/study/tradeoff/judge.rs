@@ -89,6 +89,16 @@ impl Judgement {
         quantities.chain(missed).collect()
     }
 
+    /// The largest bias over its margin, of both beds: its interval leaves out what either excludes.
+    pub fn error(&self) -> Option<Interval> {
+        let [bed, load] = [self.bed.as_ref()?.error, self.load.as_ref()?.error];
+        Some(Interval {
+            estimate: bed.estimate.max(load.estimate),
+            low: bed.low.max(load.low),
+            high: bed.high.max(load.high),
+        })
+    }
+
     pub fn of(&self, key: &str) -> Option<&Difference> {
         self.differences.iter().find(|of| of.key == key)
     }
