@@ -107,3 +107,54 @@ fn an_engine_that_ends_its_parent_at_once_ends_too() {
         });
     }
 }
+
+#[test]
+fn what_a_killed_program_left_is_removed_by_the_next_and_nothing_else_is() {
+    let folder = &folder_with(&narrow_scene(0.0));
+    let temporary = folder.join("temporary");
+    fs::create_dir(&temporary).expect("created");
+    let engine = toy_that_starts_another(folder, "time.sleep(1000)");
+    let start = |out: &str, engine: &str| {
+        let run = format!("run scene.json --steps 100 --out {out} --quiet --engine {engine}");
+        let mut program = cli(folder);
+        program.env("TMPDIR", &temporary).args(run.words());
+        program
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts")
+    };
+    let litter = || {
+        let all = below(folder).into_iter();
+        let all = all.filter(|of| {
+            of.file_name()
+                .is_some_and(|of| of.to_string_lossy().starts_with(".crossgrain.partial-"))
+        });
+        all.count()
+    };
+    let mut killed = start("killed", &engine);
+    pids_in(folder);
+    let left = litter();
+    assert!(left >= 1);
+    send(&killed, "KILL");
+    killed.wait().expect("it ends");
+    assert_eq!(litter(), left);
+    fs::remove_file(folder.join("started")).expect("removed");
+    let at_work = Running(start("at-work", &engine));
+    pids_in(folder);
+    // What is at work keeps its own.
+    let own = litter();
+    assert!(start("next", "native").wait().expect("it ends").success());
+    assert!(own >= 1 && litter() == own);
+    assert!(is_running(at_work.0.id()));
+    drop(at_work);
+    // Of another machine, or named by hand.
+    for name in [
+        ".crossgrain.partial-0123456789ab-1-1-x",
+        ".crossgrain.partial-mine",
+    ] {
+        fs::create_dir(folder.join(name)).expect("created");
+    }
+    assert!(start("last", "native").wait().expect("it ends").success());
+    assert_eq!(litter(), 2);
+}

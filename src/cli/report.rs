@@ -10,13 +10,13 @@ use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Tally};
 use crate::compare::baseline::diff::diff;
-use crate::compare::baseline::history::{self, Bisection, bisect, git};
+use crate::compare::baseline::history::{self, Bisection, Repository, bisect};
 use crate::compare::baseline::{NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
 use crate::files::{
-    FileError, failed, into_place, refuse_existing, write_folder, write_named, write_whole,
+    FileError, file_aside, into_place, refuse_existing, write_folder, write_named, write_whole,
 };
 use crate::progress::say;
 use crate::report;
@@ -435,8 +435,7 @@ impl Folders {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
-        let mut aside =
-            tempfile::NamedTempFile::new_in(beside).map_err(failed("write into", beside))?;
+        let mut aside = file_aside(beside)?;
         pack_archive(&self.run, &run, name, &mut aside)?;
         into_place(aside, &self.out)?;
         print(&format!("{}\n", self.out.display()))?;
@@ -477,7 +476,7 @@ impl History {
         let mut subjects = BTreeMap::new();
         if let Some(repository) = &self.repository {
             let log = ["log", "--reverse", "--topo-order", "--format=%H %s"];
-            let log = git(repository, &log)?;
+            let log = Repository::open(repository)?.git(&log)?;
             let mut in_order = Vec::new();
             for (commit, subject) in log.lines().filter_map(|line| line.split_once(' ')) {
                 let is_of = |name: &&String| name.len() >= 7 && commit.starts_with(*name);
@@ -581,7 +580,8 @@ impl Bisect {
                     self.id
                 );
             }
-            let line = git(&self.repository, &["log", "-1", "--format=%h %s", first]);
+            let of_first = |of: Repository| of.git(&["log", "-1", "--format=%h %s", first]);
+            let line = Repository::open(&self.repository).and_then(of_first);
             let line = line.as_ref().unwrap_or(first);
             format!("{} changed in {line}\n", self.id)
         };
