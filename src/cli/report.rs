@@ -18,6 +18,7 @@ use crate::explain::{EXPLANATIONS, of};
 use crate::files::{
     FileError, file_aside, into_place, refuse_existing, write_folder, write_named, write_whole,
 };
+use crate::limits::stability::time_step;
 use crate::progress::say;
 use crate::report;
 use crate::run::export::{pack_archive, vtk_files};
@@ -40,6 +41,9 @@ pub enum Verb {
     History(History),
     /// The commit that moved a check or a speed, by git's bisection
     Bisect(Bisect),
+    /// What came of a run: why it ended, the force against the depth, heights, and with --out a page with pictures
+    #[command(after_help = "Example:\n  crossgrain report run native --out page")]
+    Run(OfRun),
     /// Grains, contacts and cells of a run folder as VTK files that ParaView opens
     #[command(
         after_help = "Example:\n  crossgrain report vtk native --out vtk  # open vtk/grains.vtp in ParaView, look along y"
@@ -58,6 +62,7 @@ impl Verb {
             Verb::Baseline(verb) => verb.execute(),
             Verb::History(arguments) => arguments.execute(),
             Verb::Bisect(arguments) => arguments.execute(),
+            Verb::Run(arguments) => arguments.execute(),
             Verb::Vtk(folders) => folders.vtk(),
             Verb::Archive(folders) => folders.archive(),
         }
@@ -390,6 +395,29 @@ impl DiffArguments {
         let (text, document) = (json(&found)?, found.document(self.all));
         self.views.tell("report baseline diff", &text, &document)?;
         Ok(found.verdict.exit_code())
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct OfRun {
+    /// A run folder
+    run: PathBuf,
+    #[command(flatten)]
+    results: Results,
+    #[command(flatten)]
+    views: Views,
+}
+
+impl OfRun {
+    fn execute(self) -> Result<u8, Error> {
+        const RECORD: &str = "outcome.json";
+        self.results.check(RECORD)?;
+        let run = RunFolder::read(&self.run)?;
+        let document = report::outcome::document(&run, time_step::largest_share(&run)?);
+        let text = json(&run.record)?;
+        self.views.tell("report run", &text, &document)?;
+        self.results.write(&document, &[(RECORD, &text)])?;
+        Ok(document.exit_code())
     }
 }
 
