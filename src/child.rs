@@ -1,18 +1,22 @@
-//! Programs that are started: each in a process group of its own, ended with whatever it has started
-//! when it ends or nobody waits for it any more, however that came about.
+//! Programs that are started: each is ended with whatever it has started, at any depth and in sessions of their own, when it ends
+//! or nobody waits for it any more, however that came about.
 
-use std::io::Write;
+use std::collections::BTreeMap;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use std::{env, io};
+use std::{env, fs, io, thread};
 
-use rustix::param::clock_ticks_per_second;
+use rustix::param::{clock_ticks_per_second, page_size};
 use rustix::process::{
-    Pid, Signal, WaitId, WaitIdOptions, kill_process, kill_process_group, waitid,
+    Pid, Signal, WaitId, WaitIdOptions, WaitOptions, getpid, kill_process, kill_process_group,
+    set_child_subreaper, waitid, waitpid,
 };
+
+use crate::workers::lock;
 
 /// How often a child is looked at.
 pub const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -21,48 +25,79 @@ pub const LOOK_EVERY: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub struct Group {
     child: Child,
+    /// A shell that ends all of it if this program has gone without a word. It leads the process group and was there
+    /// first, so that its number stays the group's and an engine that ends its parent at once finds it at work.
+    watcher: Child,
     /// In the surroundings of all that it starts, which tells those that left its group.
     mark: String,
-    /// A shell that ends the group if this program has gone without a word.
-    watcher: Option<Child>,
     /// Its end was seen; its number may belong to another by now.
     seen: bool,
     /// What it took, once it has ended.
     processor_seconds: Option<f64>,
+    /// Every process that was looked at, by its number: when it began, and whether it belongs here.
+    known: BTreeMap<u32, (u64, bool)>,
 }
 
 /// The variable of the mark.
 const MARK: &str = "CROSSGRAIN_STARTED";
 static STARTED: AtomicU64 = AtomicU64::new(0);
+/// Children and watchers of all groups: only their own group asks how they ended.
+static CHILDREN: Mutex<Vec<u32>> = Mutex::new(Vec::new());
 
-/// Ends every process with this mark in its surroundings, also one with a session of its own; what takes the mark off is lost.
-fn end_all_with(mark: &str) {
-    let entry = format!("{MARK}={mark}");
-    let has_mark = |process: &PathBuf| {
-        let of = std::fs::read(process.join("environ")).unwrap_or_default();
-        of.split(|byte| *byte == 0).any(|of| of == entry.as_bytes())
-    };
-    // One that starts others is gone when none is found.
-    for _ in 0..MOST_ROUNDS {
-        let Ok(processes) = std::fs::read_dir("/proc") else {
-            return;
-        };
-        let paths = processes.flatten().map(|of| of.path());
-        let left = paths.filter(has_mark).filter_map(|of| {
-            let number = of.file_name()?.to_str()?.parse().ok()?;
-            Pid::from_raw(number)
-        });
-        let left: Vec<Pid> = left.collect();
-        if left.is_empty() {
-            return;
-        }
-        for pid in left {
-            let _ = kill_process(pid, Signal::KILL);
+/// What the watcher does once its input has ended, which nothing can prevent.
+const WATCH: &str = "trap '' HUP INT QUIT TERM; read -r done; cd /proc; for round in 1 2 3; do \
+     for each in $(grep -lsxzF -e \"$0\" [0-9]*/environ); do kill -KILL ${each%/*}; done; done; kill -KILL 0";
+
+/// A process, as the system tells.
+struct Process {
+    number: u32,
+    parent: u32,
+    group: u32,
+    session: u32,
+    /// When it began, in the system's ticks; with its number it is one of a kind.
+    began: u64,
+    /// Its end was not asked for yet.
+    is_dead: bool,
+    /// Resident memory, bytes.
+    memory: u64,
+}
+
+impl Process {
+    fn of(number: u32) -> Option<Self> {
+        let stat = fs::read_to_string(format!("/proc/{number}/stat")).ok()?;
+        // After the name in brackets, which may hold anything.
+        let words: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+        let number_at = |index: usize| words.get(index)?.parse::<u64>().ok();
+        let short_at = |index: usize| u32::try_from(number_at(index)?).ok();
+        Some(Process {
+            number,
+            parent: short_at(1)?,
+            group: short_at(2)?,
+            session: short_at(3)?,
+            began: number_at(19)?,
+            is_dead: matches!(*words.first()?, "Z" | "X"),
+            memory: number_at(21)? * page_size() as u64,
+        })
+    }
+
+    fn all() -> Vec<Self> {
+        let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
+        let numbers = entries.filter_map(|of| of.file_name().to_str()?.parse().ok());
+        numbers.filter_map(Process::of).collect()
+    }
+
+    /// None where there are no surroundings, as while another program is put in its place.
+    fn has_mark(&self, mark: &str) -> Option<bool> {
+        let entry = format!("{MARK}={mark}");
+        match fs::read(format!("/proc/{}/environ", self.number)) {
+            Ok(of) if of.is_empty() => None,
+            Ok(of) => Some(of.split(|byte| *byte == 0).any(|of| of == entry.as_bytes())),
+            Err(_) => Some(false),
         }
     }
 }
 
-const MOST_ROUNDS: usize = 100;
+const MOST_ROUNDS: usize = 500;
 
 /// The program of this name on the path.
 pub fn on_path(name: &str) -> Option<PathBuf> {
@@ -71,68 +106,58 @@ pub fn on_path(name: &str) -> Option<PathBuf> {
         .find(|program| program.is_file())
 }
 
+fn started(command: &mut Command) -> io::Result<Child> {
+    let child = command.spawn()?;
+    lock(&CHILDREN).push(child.id());
+    Ok(child)
+}
+
 impl Group {
     /// Starts the command in a group of its own, with nothing on its standard input.
     pub fn spawn(command: &mut Command) -> io::Result<Self> {
+        // Those whose parents end are then children of this program. Where that cannot be, the mark still tells them.
+        let _ = set_child_subreaper(Some(getpid()));
         let number = STARTED.fetch_add(1, Ordering::Relaxed);
         let mark = format!("{}-{number}", std::process::id());
-        command.env(MARK, &mark);
-        let child = command.process_group(0).stdin(Stdio::null()).spawn()?;
-        let mut group = Group {
-            child,
-            mark,
-            watcher: None,
-            seen: false,
-            processor_seconds: None,
-        };
-        // Its input ends with this program, which nothing can prevent.
-        let watcher = Command::new("/bin/sh")
-            .args([
-                "-c",
-                "trap '' HUP INT QUIT TERM; read -r done && exit; kill -KILL \"-$0\"; cd /proc; for each in [0-9]*; do \
-                 if tr '\\0' '\\n' <$each/environ | grep -qxF \"$1\"; then kill -KILL $each; fi; done",
-            ])
-            .arg(group.child.id().to_string())
-            .arg(format!("{MARK}={}", group.mark))
+        let mut watcher = Command::new("/bin/sh");
+        watcher
+            .args(["-c", WATCH, &format!("{MARK}={mark}")])
             .process_group(0)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()?;
-        group.watcher = Some(watcher);
-        Ok(group)
+            .stderr(Stdio::null());
+        let mut watcher = started(&mut watcher)?;
+        command.env(MARK, &mark).stdin(Stdio::null());
+        command.process_group(watcher.id().cast_signed());
+        match started(command) {
+            Ok(child) => Ok(Group {
+                child,
+                watcher,
+                mark,
+                seen: false,
+                processor_seconds: None,
+                known: BTreeMap::new(),
+            }),
+            Err(error) => {
+                let _ = watcher.kill();
+                reap(&mut watcher);
+                Err(error)
+            }
+        }
     }
 
     /// How it ended, once it has.
     pub fn status(&mut self) -> io::Result<Option<ExitStatus>> {
         let has_ended = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
         // The system forgets what it took as soon as anybody asks how it ended.
-        if let Some(pid) = Pid::from_raw(self.child.id().cast_signed())
-            && !self.seen
+        if !self.seen
+            && let Some(pid) = Pid::from_raw(self.child.id().cast_signed())
             && let Ok(Some(_)) = waitid(WaitId::Pid(pid), has_ended)
         {
-            self.processor_seconds = processor_seconds(pid);
-            // Its number is its own until its end is asked for; what it left behind ends with it.
-            let _ = kill_process_group(pid, Signal::KILL);
+            self.processor_seconds = processor_seconds(self.child.id());
+            self.end();
         }
-        let status = self.child.try_wait()?;
-        if status.is_some() && !self.seen {
-            self.seen = true;
-            end_all_with(&self.mark);
-            self.dismiss_watcher();
-        }
-        Ok(status)
-    }
-
-    /// Nothing is left to be ended; the group's number may belong to others from now on.
-    fn dismiss_watcher(&mut self) {
-        let Some(mut watcher) = self.watcher.take() else {
-            return;
-        };
-        if let Some(mut input) = watcher.stdin.take() {
-            let _ = input.write_all(b"done\n");
-        }
-        let _ = watcher.wait();
+        self.child.try_wait()
     }
 
     /// Processor time of it and of all that it has started and waited for, s, to a hundredth of a second; known when
@@ -141,29 +166,99 @@ impl Group {
         self.processor_seconds
     }
 
-    /// Resident memory of every process of the group, bytes, where the system tells.
-    pub fn memory(&self) -> u64 {
-        let group = self.child.id().to_string();
-        let Ok(processes) = std::fs::read_dir("/proc") else {
-            return 0;
+    /// Resident memory of it and of all that it has started, bytes, where the system tells.
+    pub fn memory(&mut self) -> u64 {
+        let processes = self.processes();
+        processes.iter().map(|of| of.memory).sum()
+    }
+
+    /// It and all that it has started: what is in its group, has its mark, is a child of such a one, or was one when it was
+    /// last looked at. A process that left its group and its parents and took the mark off between two looks is one of
+    /// them as long as no other group is at work.
+    fn processes(&mut self) -> Vec<Process> {
+        let (own, group) = (std::process::id(), self.watcher.id());
+        let mut rest = Process::all();
+        rest.retain(|of| ![own, group].contains(&of.number));
+        let children = lock(&CHILDREN).clone();
+        let is_alone = children.len() == 2;
+        let session = Process::of(own).map(|of| of.session);
+        let since = Process::of(group).map_or(0, |of| of.began);
+        let mut known = BTreeMap::new();
+        let mut found: Vec<Process> = Vec::new();
+        let mut is_of = |of: &Process| {
+            let before = self.known.get(&of.number);
+            let before = before.filter(|(began, _)| *began == of.began);
+            let is_lost = || {
+                is_alone
+                    && of.parent == own
+                    && of.began >= since
+                    && Some(of.session) != session
+                    && !children.contains(&of.number)
+            };
+            let is = of.group == group || of.number == self.child.id() && !self.seen || is_lost();
+            let before = before.map(|(_, is)| *is);
+            let is = is.then_some(true).or(before);
+            let is = is.or_else(|| of.has_mark(&self.mark));
+            known.extend(is.map(|is| (of.number, (of.began, is))));
+            is == Some(true)
         };
-        let pages = processes.flatten().filter_map(|process| {
-            let path = process.path();
-            // After the name in brackets, which may hold anything: state, parent, group.
-            let stat = std::fs::read_to_string(path.join("stat")).ok()?;
-            let of = stat.rsplit_once(')')?.1.split_whitespace().nth(2)?;
-            if of != group {
-                return None;
+        let mut newest: Vec<Process> = rest.extract_if(.., |of| is_of(of)).collect();
+        while !newest.is_empty() {
+            let mut parents: Vec<u32> = newest.iter().map(|of| of.number).collect();
+            found.append(&mut newest);
+            parents.sort_unstable();
+            let is_child = |of: &mut Process| parents.binary_search(&of.parent).is_ok();
+            newest = rest.extract_if(.., is_child).collect();
+            known.extend(newest.iter().map(|of| (of.number, (of.began, true))));
+        }
+        self.known = known;
+        found
+    }
+
+    /// Ends all that it has started, and itself.
+    fn end(&mut self) {
+        // One that starts others is gone when none is found.
+        for round in 0..MOST_ROUNDS {
+            let mut left = self.processes();
+            let children = lock(&CHILDREN).clone();
+            let is_adopted =
+                |of: &Process| of.parent == std::process::id() && !children.contains(&of.number);
+            for of in left.extract_if(.., |of| of.is_dead) {
+                if is_adopted(&of) {
+                    let _ = waitpid(Pid::from_raw(of.number.cast_signed()), WaitOptions::NOHANG);
+                }
             }
-            let size = std::fs::read_to_string(path.join("statm")).ok()?;
-            size.split_whitespace().nth(1)?.parse::<u64>().ok()
-        });
-        pages.sum::<u64>() * rustix::param::page_size() as u64
+            if left.is_empty() {
+                break;
+            }
+            left.iter().for_each(|of| kill(of.number));
+            thread::sleep(Duration::from_micros(if round == 0 { 100 } else { 2_000 }));
+        }
+        // The watcher too: its number, which is the group's, is its own until its end is asked for.
+        if let Some(group) = Pid::from_raw(self.watcher.id().cast_signed()) {
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+        reap(&mut self.watcher);
+        reap(&mut self.child);
+        self.seen = true;
     }
 }
 
-fn processor_seconds(pid: Pid) -> Option<f64> {
-    let stat = std::fs::read_to_string(format!("/proc/{}/stat", pid.as_raw_nonzero())).ok()?;
+/// Waits for one that was ended.
+fn reap(child: &mut Child) {
+    let _ = child.wait();
+    lock(&CHILDREN).retain(|of| *of != child.id());
+}
+
+fn kill(number: u32) {
+    if let Some(pid) = Pid::from_raw(number.cast_signed()) {
+        // It fails only for what has ended already.
+        let _ = kill_process(pid, Signal::KILL);
+    }
+}
+
+fn processor_seconds(child: u32) -> Option<f64> {
+    let stat = fs::read_to_string(format!("/proc/{child}/stat")).ok()?;
     // After the name in brackets, which may hold anything; its own times and those of its children.
     let times = stat.rsplit_once(')')?.1.split_whitespace();
     let ticks = times.skip(11).take(4).map(str::parse::<u64>);
@@ -173,15 +268,8 @@ fn processor_seconds(pid: Pid) -> Option<f64> {
 
 impl Drop for Group {
     fn drop(&mut self) {
-        // Each fails only for what has ended already.
         if !self.seen {
-            if let Some(group) = Pid::from_raw(self.child.id().cast_signed()) {
-                let _ = kill_process_group(group, Signal::KILL);
-            }
-            let _ = self.child.kill();
-            let _ = self.child.wait();
-            end_all_with(&self.mark);
+            self.end();
         }
-        self.dismiss_watcher();
     }
 }

@@ -82,7 +82,64 @@ pub fn failed(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) 
 
 /// A folder of one's own among the temporary files; gone with the value.
 pub fn work_folder() -> Result<tempfile::TempDir, FileError> {
-    tempfile::tempdir().map_err(failed("create a folder in", &std::env::temp_dir()))
+    let place = std::env::temp_dir();
+    remove_litter(&place);
+    let folder = tempfile::Builder::new().prefix(&aside_prefix()).tempdir();
+    folder.map_err(failed("create a folder in", &place))
+}
+
+/// What is written aside is called so.
+const ASIDE: &str = ".crossgrain.partial-";
+
+/// How the names of what this process writes aside begin: with the machine and its processes' numbers, and with this one's.
+pub fn aside_prefix() -> String {
+    let own = format!("{}-{}", std::process::id(), began("self"));
+    format!("{ASIDE}{}-{own}-", numbers_of())
+}
+
+/// What tells whose processes are counted: the start of the machine and the room of numbers in which this process is.
+fn numbers_of() -> String {
+    let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+    let room = fs::read_link("/proc/self/ns/pid").unwrap_or_default();
+    sha256_hex(format!("{boot}{}", room.display()).as_bytes())[..12].to_owned()
+}
+
+/// When a process began, in the system's ticks; empty where there is none.
+fn began(process: &str) -> String {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    let after_name = stat.rsplit_once(')').map_or("", |of| of.1);
+    let began = after_name.split_whitespace().nth(19);
+    began.unwrap_or_default().to_owned()
+}
+
+/// Removes what processes of this machine that are gone have left in a folder, aside and unfinished. What cannot be removed
+/// stays.
+pub fn remove_litter(folder: &Path) {
+    let ours = format!("{ASIDE}{}-", numbers_of());
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let of = name.to_str().and_then(|name| name.strip_prefix(&ours));
+        let mut parts = of.into_iter().flat_map(|of| of.splitn(3, '-'));
+        let (Some(process), Some(start), Some(_)) = (parts.next(), parts.next(), parts.next())
+        else {
+            continue;
+        };
+        let is_number = |of: &str| of.parse::<u64>().is_ok();
+        if is_number(process) && is_number(start) && began(process) != start {
+            let path = entry.path();
+            let _ = match entry.file_type().is_ok_and(|of| of.is_dir()) {
+                true => fs::remove_dir_all(path),
+                false => fs::remove_file(path),
+            };
+        }
+    }
+}
+
+/// A file aside in this folder; gone with the value unless it is put in its place.
+pub fn file_aside(folder: &Path) -> Result<tempfile::NamedTempFile, FileError> {
+    let mut named = tempfile::Builder::new();
+    let file = named.prefix(&aside_prefix()).tempfile_in(folder);
+    file.map_err(failed("write into", folder))
 }
 
 /// Reads at most `limit` bytes of text. A name that ends in `.gz` is unpacked, the limit then
@@ -133,10 +190,23 @@ pub fn unpacked(path: &Path, bytes: &[u8]) -> Result<String, FileError> {
 /// Writes a file aside and renames it into place, so that a reader sees all of it or none.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let folder = parent_of(path);
-    let mut aside =
-        tempfile::NamedTempFile::new_in(&folder).map_err(failed("write into", &folder))?;
+    let mut aside = file_aside(&folder)?;
     aside.write_all(bytes).map_err(failed("write", path))?;
     into_place(aside, path)
+}
+
+/// The same under a name that nothing has; of several at once one does.
+pub fn write_new(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    refuse_existing(path)?;
+    let folder = parent_of(path);
+    let mut aside = file_aside(&folder)?;
+    aside.write_all(bytes).map_err(failed("write", path))?;
+    aside.as_file().sync_all().map_err(failed("write", path))?;
+    readable_by_all(aside.path());
+    aside.persist_noclobber(path).map(drop).map_err(|error| {
+        let taken = refuse_existing(path).err();
+        taken.unwrap_or_else(|| failed("rename into place", path)(error.error))
+    })
 }
 
 /// Writes a file that people named: whole, or at the end of what a file has; into a pipe or a device of this name instead of in
@@ -244,15 +314,18 @@ pub fn locked(path: &Path) -> Result<fs::File, FileError> {
 
 /// The right to write into a folder that is there, for one process at a time; given back with the value.
 pub fn folder_lock(folder: &Path) -> Result<fs::File, FileError> {
-    locked(&folder.join(".crossgrain.lock"))
+    let lock = locked(&folder.join(".crossgrain.lock"))?;
+    remove_litter(folder);
+    Ok(lock)
 }
 
 /// A temporary folder on the file system of `path`, whose parents are made; gone with the value.
 pub fn folder_aside(path: &Path) -> Result<tempfile::TempDir, FileError> {
     let parent = parent_of(path);
     fs::create_dir_all(&parent).map_err(failed("create", &parent))?;
+    remove_litter(&parent);
     tempfile::Builder::new()
-        .prefix(".crossgrain.partial-")
+        .prefix(&aside_prefix())
         .tempdir_in(&parent)
         .map_err(failed("write into", &parent))
 }

@@ -6,6 +6,7 @@ use crossgrain::cli::Asked;
 use crossgrain::progress::say;
 
 fn main() -> ExitCode {
+    usable_by_their_maker();
     let arguments = Asked::parse();
     if let Err(error) = crossgrain::workers::notice() {
         say(&format!("crossgrain: signals will not be noticed: {error}"));
@@ -17,4 +18,11 @@ fn main() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Whatever the umask, whoever makes a file or a folder can use it.
+fn usable_by_their_maker() {
+    let all = rustix::fs::Mode::RWXU;
+    let asked = rustix::process::umask(all);
+    rustix::process::umask(asked - all);
 }

@@ -33,6 +33,7 @@ pub mod disc_field;
 pub mod fields;
 pub mod history;
 pub mod html;
+pub mod outcome;
 pub mod packing;
 mod plot;
 mod svg;

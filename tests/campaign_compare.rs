@@ -112,6 +112,21 @@ fn other_realizations_are_equivalent_different_or_too_few() {
     let few = of(&first, &campaign("YADE", 1001, 2, margin));
     assert_eq!(few.verdict, Verdict::Undecided);
     assert_eq!(few.power.expect("was judged").estimate, 0.0);
+    // So many are proposed as then decide.
+    let three = of(
+        &campaign("native", 1, 3, 0.0),
+        &campaign("YADE", 1001, 3, 0.0),
+    );
+    let answer = three.document().answer;
+    let proposed = answer.split_once(", about ").map(|of| of.1);
+    let proposed = proposed.and_then(|of| of.split(' ').next()?.parse().ok());
+    let proposed: u64 = proposed.unwrap_or_else(|| panic!("{answer}"));
+    assert!((4..400).contains(&proposed), "{answer}");
+    let more = of(
+        &campaign("native", 1, proposed, 0.0),
+        &campaign("YADE", 1001, proposed, 0.0),
+    );
+    assert_eq!(more.verdict, Verdict::EqualInDistribution, "{answer}");
     assert!(same.power.expect("was judged").estimate > 0.9);
     let folders = ["here", "there"].map(Path::new);
     let table = |of: &Comparison| format!("{:?}", of.clone().told_apart(folders).document());

@@ -7,9 +7,10 @@ use crossgrain::reproduce::{Options, record::Beside, reproduce};
 use crate::support::*;
 
 /// Headings of the first page, in the order of the argument.
-const PARTS: [&str; 8] = [
+const PARTS: [&str; 9] = [
     "<div class=\"verdict",
-    ">At a glance</h2>",
+    ">Do the engines agree?</h2>",
+    ">Do the published figures come out?</h2>",
     ">Comparisons</h2>",
     ">Would it notice?</h2>",
     ">Skipped</h2>",
@@ -72,10 +73,10 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
         "Stochastic modeling of stress fields",
         concat!("crossgrain ", env!("CARGO_PKG_VERSION"), ", 2"),
     ] {
-        has(&first[..places[2].expect("a place")], [words]);
+        has(&first[..places[3].expect("a place")], [words]);
     }
     // As many rows as the verdict counts.
-    let (part, end) = (places[4].expect("a place"), places[5].expect("a place"));
+    let (part, end) = (places[5].expect("a place"), places[6].expect("a place"));
     let rows = first[part..end].matches("<tr><td").count();
     assert!(rows > 2, "{rows}");
     has(&first, [&format!("0 failed, {rows} skipped")]);

@@ -168,6 +168,91 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
     assert_eq!(record.version, RECORD_VERSION);
     assert_eq!(record.time_step, choice.time_step);
     assert_eq!(record.step_choice, Some(choice));
+    // The probe is kept, and not made again.
+    let cache = folder.join(".cache/crossgrain");
+    let kept = cache.join(there(&cache).pop_first().expect("a probe"));
+    let mut probe = json_of(&kept);
+    probe["looks"] = json!(12345);
+    fs::write(&kept, probe.to_string()).expect("written");
+    ends(folder, 0, &run.replace("--out run", "--out again"));
+    let again = read_run(folder.join("again")).record.step_choice;
+    assert_eq!(again.expect("a choice").looks, 12345);
+    // What cannot be believed is not.
+    fs::write(&kept, "{}").expect("written");
+    ends(folder, 0, &run.replace("--out run", "--out anew"));
+    let anew = read_run(folder.join("anew")).record.step_choice;
+    assert_eq!(anew, Some(time_step::choose(&scene, 0.5).expect("a step")));
+}
+
+/// A few grains with friction, and this beside them.
+fn rough(beside: &str) -> String {
+    format!(
+        r#"{{"particles": {{"count": 100, "mean_diameter": 0.005}}, "box": {{"width": 0.15}}, "material": {{"friction_angle": 0.4}}{beside}}}"#
+    )
+}
+
+#[test]
+fn a_scene_with_friction_gets_a_step_that_its_bed_bears_and_a_longer_one_is_said_to_be() {
+    let folder = &new_folder();
+    let run = "run scene.json --engine native --quiet --out run";
+    fs::write(folder.join("scene.json"), rough("")).expect("written");
+    let (said, _) = ends(folder, 0, run);
+    assert!(!said.contains("do not rely on it"), "{said}");
+    let share = time_step::largest_share(&read_run(folder.join("run"))).expect("a share");
+    assert!((0.3..0.95).contains(&share.expect("contacts")), "{share:?}");
+    let words = "The bed settled after";
+    has(
+        &said,
+        [
+            words,
+            "Its mean surface is 0.01",
+            "The punch had its force after",
+        ],
+    );
+    assert!(!said.contains("impact"), "{said}");
+    let step = r#", "time_step": {"kind": "fraction", "of_sqrt_m_over_k": 0.6}"#;
+    fs::write(folder.join("scene.json"), rough(step)).expect("written");
+    let (said, _) = ends(folder, 1, run);
+    has(
+        &said,
+        ["of the largest stable step of this bed: do not rely on it"],
+    );
+    let (said, _) = ends(folder, 1, "report run run");
+    has(&said, ["NOT TO BE RELIED ON", "do not rely on it"]);
+}
+
+#[test]
+fn a_run_says_what_came_of_it_and_has_a_page() {
+    let folder = &new_folder();
+    fs::write(folder.join("scene.json"), rough("")).expect("written");
+    ends(
+        folder,
+        0,
+        "run scene.json --engine native --quiet --out run",
+    );
+    let (said, _) = ends(folder, 0, "report run run --out page");
+    has(&said, ["The bed settled after", "N at a depth of"]);
+    let page = text_of(folder.join("page/report.html"));
+    has(
+        &page,
+        [
+            "The bed settled after",
+            "The bed at the end",
+            "The punch&#39;s force against its depth",
+            "settled height mean surface",
+        ],
+    );
+    for name in ["packing-1", "packing-2", "force", "energy"] {
+        assert!(
+            folder.join(format!("page/figures/{name}.svg")).exists(),
+            "{name}"
+        );
+    }
+    let fast = r#", "loading": {"speed": 10}"#;
+    fs::write(folder.join("scene.json"), rough(fast)).expect("written");
+    let run = "run scene.json --engine native --quiet --out fast";
+    let (said, _) = ends(folder, 0, run);
+    has(&said, ["That is an impact: a wave takes about"]);
 }
 
 #[test]

@@ -10,14 +10,15 @@ use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Tally};
 use crate::compare::baseline::diff::diff;
-use crate::compare::baseline::history::{self, Bisection, bisect, git};
+use crate::compare::baseline::history::{self, Bisection, Repository, bisect};
 use crate::compare::baseline::{NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
 use crate::files::{
-    FileError, failed, into_place, refuse_existing, write_folder, write_named, write_whole,
+    FileError, file_aside, into_place, refuse_existing, write_folder, write_named, write_whole,
 };
+use crate::limits::stability::time_step;
 use crate::progress::say;
 use crate::report;
 use crate::run::export::{pack_archive, vtk_files};
@@ -40,6 +41,9 @@ pub enum Verb {
     History(History),
     /// The commit that moved a check or a speed, by git's bisection
     Bisect(Bisect),
+    /// What came of a run: why it ended, the force against the depth, heights, and with --out a page with pictures
+    #[command(after_help = "Example:\n  crossgrain report run native --out page")]
+    Run(OfRun),
     /// Grains, contacts and cells of a run folder as VTK files that ParaView opens
     #[command(
         after_help = "Example:\n  crossgrain report vtk native --out vtk  # open vtk/grains.vtp in ParaView, look along y"
@@ -58,6 +62,7 @@ impl Verb {
             Verb::Baseline(verb) => verb.execute(),
             Verb::History(arguments) => arguments.execute(),
             Verb::Bisect(arguments) => arguments.execute(),
+            Verb::Run(arguments) => arguments.execute(),
             Verb::Vtk(folders) => folders.vtk(),
             Verb::Archive(folders) => folders.archive(),
         }
@@ -394,6 +399,29 @@ impl DiffArguments {
 }
 
 #[derive(Debug, Args)]
+pub struct OfRun {
+    /// A run folder
+    run: PathBuf,
+    #[command(flatten)]
+    results: Results,
+    #[command(flatten)]
+    views: Views,
+}
+
+impl OfRun {
+    fn execute(self) -> Result<u8, Error> {
+        const RECORD: &str = "outcome.json";
+        self.results.check(RECORD)?;
+        let run = RunFolder::read(&self.run)?;
+        let document = report::outcome::document(&run, time_step::largest_share(&run)?);
+        let text = json(&run.record)?;
+        self.views.tell("report run", &text, &document)?;
+        self.results.write(&document, &[(RECORD, &text)])?;
+        Ok(document.exit_code())
+    }
+}
+
+#[derive(Debug, Args)]
 pub struct Folders {
     /// A run folder
     run: PathBuf,
@@ -435,8 +463,7 @@ impl Folders {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
-        let mut aside =
-            tempfile::NamedTempFile::new_in(beside).map_err(failed("write into", beside))?;
+        let mut aside = file_aside(beside)?;
         pack_archive(&self.run, &run, name, &mut aside)?;
         into_place(aside, &self.out)?;
         print(&format!("{}\n", self.out.display()))?;
@@ -477,7 +504,7 @@ impl History {
         let mut subjects = BTreeMap::new();
         if let Some(repository) = &self.repository {
             let log = ["log", "--reverse", "--topo-order", "--format=%H %s"];
-            let log = git(repository, &log)?;
+            let log = Repository::open(repository)?.git(&log)?;
             let mut in_order = Vec::new();
             for (commit, subject) in log.lines().filter_map(|line| line.split_once(' ')) {
                 let is_of = |name: &&String| name.len() >= 7 && commit.starts_with(*name);
@@ -581,7 +608,8 @@ impl Bisect {
                     self.id
                 );
             }
-            let line = git(&self.repository, &["log", "-1", "--format=%h %s", first]);
+            let of_first = |of: Repository| of.git(&["log", "-1", "--format=%h %s", first]);
+            let line = Repository::open(&self.repository).and_then(of_first);
             let line = line.as_ref().unwrap_or(first);
             format!("{} changed in {line}\n", self.id)
         };

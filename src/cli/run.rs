@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use std::{env, fs};
 
 use clap::{Args, ValueEnum};
 use grains::native::timing::ThreadTime;
@@ -13,9 +14,10 @@ use crate::engine::exec::{ExternalEngine, usual_limits};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, value_name, yade};
 use crate::error::{Error, exit};
-use crate::files::has_room;
+use crate::files::{has_room, read_text, sha256_hex, write_whole};
 use crate::limits::stability::time_step;
 use crate::progress::Display;
+use crate::report::outcome::answer;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
 use crate::run::folder::{RECORD, RunFolder, bad_scene, has_room_for_history, read_scene};
 use crate::run::{Engine, Preparation, prepared};
@@ -24,7 +26,7 @@ use grains::generate::initial_bodies;
 use grains::native::pouring::{Softly, pour};
 use grains::native::{self, Perturbation, Threads};
 use grains::scene::{Scene, parse_scene};
-use grains::tables::{Bodies, Stage, StopReason};
+use grains::tables::{Bodies, StopReason};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LastStage {
@@ -46,7 +48,8 @@ pub enum LoopOrder {
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
     crossgrain run scene.json --engine native --out native\n  \
     crossgrain run scene.json --engine yade --steps 20000 --out yade\n  \
-    crossgrain run scene.json --engine exec:adapters/lammps.py --until settled --out lammps")]
+    crossgrain run scene.json --engine exec:adapters/lammps.py --until settled --out lammps\n\nExit code 1: the time step is beyond the \
+    largest stable one of the bed. `crossgrain report run DIR --out PAGE` makes a page with pictures.")]
 pub struct Arguments {
     /// The scene file
     scene: PathBuf,
@@ -222,10 +225,12 @@ impl Arguments {
         };
         clear(&self.out, RECORD)?;
         let run = prepared(&scene, preparation, &engine, protocol, &self.out, &display)?;
+        let share = time_step::largest_share(&run)?;
         print(&summary(&run, &self.out))?;
-        print(&step_in_words(&run)?)?;
-        Ok(match run.record.stop() {
-            Some(StopReason::MaxSteps) => exit::INCOMPLETE,
+        print(&format!("{}\n", answer(&run, share)))?;
+        Ok(match (share, run.record.stop()) {
+            (Some(share), _) if share > 1.0 => exit::CHECK_FAILED,
+            (_, Some(StopReason::MaxSteps)) => exit::INCOMPLETE,
             _ => exit::AGREED,
         })
     }
@@ -240,8 +245,20 @@ impl Arguments {
             return Ok(None);
         };
         let task = display.task("probe for the time step");
-        let choice = time_step::choose(scene, share)?;
-        task.done(&format!("{:.4e} s", choice.time_step));
+        let kept = kept_probe(scene, share);
+        let before = kept.as_deref().and_then(|path| probed(path, share));
+        let word = if before.is_some() {
+            ", probed before"
+        } else {
+            ""
+        };
+        let choice = before.map_or_else(|| time_step::choose(scene, share), Ok)?;
+        task.done(&format!("{:.4e} s{word}", choice.time_step));
+        if let Some(path) = kept.filter(|_| word.is_empty()) {
+            // What cannot be kept is probed again.
+            let _ = path.parent().map(fs::create_dir_all);
+            let _ = write_whole(&path, super::json(&choice)?.as_bytes());
+        }
         *scene = time_step::with_step(scene, &choice);
         // A step that was chosen may be against another rule of scenes.
         let text = serde_json::to_string(scene).unwrap_or_default();
@@ -302,31 +319,32 @@ impl Arguments {
     }
 }
 
+/// Where the probe of a scene is kept for later runs by this very program: among the user's cached files, if there is such a place.
+fn kept_probe(scene: &Scene, share: f64) -> Option<PathBuf> {
+    let home = || Some(PathBuf::from(env::var_os("HOME")?).join(".cache"));
+    let cache = env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+    let cache = cache.filter(|of| of.is_absolute()).or_else(home)?;
+    let program = fs::metadata(env::current_exe().ok()?).ok()?;
+    let program = (program.len(), program.modified().ok()?);
+    let key = format!("{} {share:?} {program:?}", scene.digest());
+    let name = format!("time-step-{}.json", sha256_hex(key.as_bytes()));
+    Some(cache.join("crossgrain").join(name))
+}
+
+/// What a probe found before, if that can be read.
+fn probed(path: &Path, share: f64) -> Option<StepChoice> {
+    let choice = read_text(path, 1 << 16).ok()?;
+    let choice: StepChoice = serde_json::from_str(&choice).ok()?;
+    let sound = choice.share == share && choice.time_step == share * choice.limit;
+    (sound && choice.time_step > 0.0).then_some(choice)
+}
+
 /// A share of the limit, in (0, 1].
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
         _ => Err("a share of the limit is above 0 and at most 1".to_owned()),
     }
-}
-
-/// Says so if the step was beyond the limit of the bed, or near it.
-fn step_in_words(run: &RunFolder) -> Result<String, Error> {
-    let last = run.record.stages.last();
-    let last = last.map_or(Stage::Settle, |of| of.stage);
-    let settled = run.settled.iter().map(|bed| (bed, Stage::Settle));
-    let mut largest: Option<f64> = None;
-    for (bed, stage) in settled.chain([(&run.last, last)]) {
-        let share = time_step::share_of_limit(&run.scene.in_stage(stage), &bed.bodies)?;
-        largest = largest.into_iter().chain(share).reduce(f64::max);
-    }
-    Ok(match largest {
-        Some(share) if share > 1.0 => format!(
-            "the time step is {share:.3} of the largest stable step of this bed: do not rely on it; take a smaller \
-             one, or --auto-step\n"
-        ),
-        _ => String::new(),
-    })
 }
 
 fn summary(run: &RunFolder, out: &Path) -> String {
@@ -346,10 +364,6 @@ fn summary(run: &RunFolder, out: &Path) -> String {
     );
     for approximation in run.record.engine.approximations() {
         text += &format!("it says of itself: {approximation}\n");
-    }
-    if run.record.stop() == Some(StopReason::MaxSteps) {
-        text += "not settled within the scene's /settle/max_steps: raise it, or relax \
-                 /settle/kinetic_energy_fraction\n";
     }
     text
 }

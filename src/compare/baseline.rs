@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::checks::record::{Record, UNSEALED, is_sealed, sealed};
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table, rounded};
-use crate::files::{FileError, failed, read_text, sha256_hex, write_whole};
+use crate::files::{FileError, failed, read_text, sha256_hex, write_new, write_whole};
 
 /// The version of a baseline's file.
 const VERSION: u32 = 2;
@@ -85,11 +85,12 @@ impl Store {
     /// Keeps the record of a finished job; a baseline of that name stays as it is unless it is to be replaced.
     pub fn save(&self, record: &Path, name: &str, replace: bool) -> Result<PathBuf, BaselineError> {
         let path = self.path(name)?;
+        let exists = || BaselineError::Exists {
+            name: name.to_owned(),
+            store: self.0.display().to_string(),
+        };
         if path.exists() && !replace {
-            return Err(BaselineError::Exists {
-                name: name.to_owned(),
-                store: self.0.display().to_string(),
-            });
+            return Err(exists());
         }
         let text = read_text(record, LONGEST)?;
         let baseline = Baseline {
@@ -105,8 +106,13 @@ impl Store {
         };
         let text = serde_json::to_string_pretty(&baseline).map_err(malformed)?;
         std::fs::create_dir_all(&self.0).map_err(failed("create", &self.0))?;
-        write_whole(&path, sealed(&text).as_bytes())?;
-        Ok(path)
+        let write = if replace { write_whole } else { write_new };
+        match write(&path, sealed(&text).as_bytes()) {
+            Ok(()) => Ok(path),
+            // Another program was faster.
+            Err(FileError::Exists { .. }) => Err(exists()),
+            Err(error) => Err(error.into()),
+        }
     }
 
     pub fn load(&self, name: &str) -> Result<Baseline, BaselineError> {

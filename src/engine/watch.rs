@@ -67,7 +67,7 @@ pub fn watch(
         let ended = child.status().map_err(failed("wait for", work))?;
         let now = look().ok_or_else(|| nonsense("what it says of itself rules it out"))?;
         if looks.is_multiple_of(WEIGH_EVERY) || ended.is_some() {
-            weigh(&child, limits, written)?;
+            weigh(&mut child, limits, written)?;
         }
         if let Some(status) = ended {
             return Ok(Done {
@@ -94,8 +94,8 @@ pub fn watch(
     Err(hung("it never ended".to_owned()))
 }
 
-fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<()> {
-    let check = |what: &str, is: &dyn Fn() -> u64, limit: u64| {
+fn weigh(child: &mut Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<()> {
+    let check = |what: &str, is: &mut dyn FnMut() -> u64, limit: u64| {
         let is = if limit < u64::MAX { is() } else { 0 };
         if is <= limit {
             return Ok(());
@@ -104,8 +104,8 @@ fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<()
         let reason = format!("{is} MB of {what}, and {limit} MB is its limit");
         Err(ProgramError::TooMuch { reason })
     };
-    check("memory", &|| child.memory(), limits.memory)?;
-    check("output", written, limits.output)
+    check("memory", &mut || child.memory(), limits.memory)?;
+    check("output", &mut &*written, limits.output)
 }
 
 /// Bytes of a file; 0 if there is none.

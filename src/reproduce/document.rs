@@ -15,10 +15,10 @@ use crate::limits::bench::machine::Machine;
 use crate::paper;
 use crate::report::disc_field::of_figure_4;
 use crate::report::html::FIRST;
+use crate::report::outcome::punch_bottom;
 use crate::report::packing::pictures;
 use crate::run::folder::RunFolder;
 use grains::measure::HistoryRow;
-use grains::native::first_contact_punch;
 use grains::tables::Stage;
 
 const PAPER: &str = "I. G. Tejada, Stochastic modeling of stress fields in geotechnical problems with discrete media, \
@@ -48,10 +48,18 @@ impl Reproduction {
         let run = &runs.native;
         let words = format!("{}: {}", run.record.engine.label(), run.stages_in_words());
         let loaded = (run.last.bed(), punch_bottom(run), words);
-        let glance = Section::new("At a glance", self.origin()).with(glance);
+        let (figures, agreement): (Vec<Tile>, Vec<Tile>) = glance
+            .into_iter()
+            .partition(|of| FIGURES.contains(&of.page));
+        let agreement = Section::new(AGREE, self.origin()).with(agreement);
+        let figures = (!figures.is_empty()).then(|| {
+            let answer = "Engines that agree can be wrong about the paper together: this does not enter the verdict above.";
+            Section::new("Do the published figures come out?", answer).with(figures)
+        });
         let sections = [
             diff.map(|diff| diff.section(false)),
-            Some(glance.with_all(pictures(&run.scene, &[loaded]))),
+            Some(agreement.with_all(pictures(&run.scene, &[loaded]))),
+            figures,
             Some(self.compared()),
             self.first_steps(),
             Some(self.faults()),
@@ -338,6 +346,10 @@ fn with_origin((stated, document): &(Stated, Document)) -> (&'static str, Docume
     (stated.job, document)
 }
 
+/// The first question of the page, which its verdict answers.
+const AGREE: &str = "Do the engines agree?";
+/// Pages that answer the other one.
+const FIGURES: [&str; 2] = ["claims", "candidates"];
 /// Pages whose tiles do not stand on the first screen.
 const MORE: [&str; 3] = ["paper", "search", "stability"];
 
@@ -389,14 +401,6 @@ fn beds(runs: &Runs) -> Section {
     let answer = "Lines join grains in contact and are as thick as the force is strong, in eight classes, on the same scale in all \
                   pictures.";
     Section::new("The packings", answer).with_all(pictures(&runs.native.scene, &all))
-}
-
-/// Where the punch's bottom is at the end, m.
-fn punch_bottom(run: &RunFolder) -> Option<f64> {
-    let depth = run.history.last()?.punch_depth?;
-    let settled = run.settled.as_ref()?;
-    let start = first_contact_punch(&run.scene, &settled.bodies).start;
-    Some(start - depth)
 }
 
 /// Histories of native and YADE on top of each other.

@@ -605,10 +605,8 @@ struct Aside(BufWriter<tempfile::NamedTempFile>);
 
 impl Aside {
     fn new(folder: &Path) -> Result<Self, FileError> {
-        let mut named = tempfile::Builder::new();
-        let file = named.prefix(".crossgrain.partial-").tempfile_in(folder);
-        let file = file.map_err(failed("write into", folder))?;
-        Ok(Aside(BufWriter::new(file)))
+        files::remove_litter(folder);
+        Ok(Aside(BufWriter::new(files::file_aside(folder)?)))
     }
 
     fn line(&mut self, text: &str) -> Result<(), FileError> {

@@ -89,3 +89,50 @@ fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
     let [page, summary] = [&more, &summary].map(|of| of.matches("WORSE").count());
     assert_eq!(page, summary);
 }
+
+/// What the action's first step says for this source.
+fn of_action(house: &Path, program: &str) -> BTreeMap<String, String> {
+    let action = text_of(root("ci/judge/action.yml"));
+    let of_step = action.split_once("id: source").expect("a step").1;
+    let lines = of_step.split_once("run: |\n").expect("lines").1;
+    let lines = lines.split_once("\n    - name").expect("another step").0;
+    let output = house.join("output");
+    let mut step = Command::new("bash");
+    step.args(["-euo", "pipefail", "-c", lines]);
+    step.env("GITHUB_ACTION_PATH", house.join("ci/judge"));
+    let set = [("GITHUB_JOB", "judge"), ("PROGRAM", program)];
+    let status = step.envs(set).env("GITHUB_OUTPUT", &output).status();
+    assert!(status.expect("bash is there").success());
+    let said = text_of(&output);
+    fs::remove_file(&output).expect("removed");
+    let pairs = said.lines().filter_map(|line| line.split_once('='));
+    pairs
+        .map(|(key, value)| (key.to_owned(), value.to_owned()))
+        .collect()
+}
+
+#[test]
+fn the_action_builds_what_its_source_says_and_names_each_use_apart() {
+    let house = &new_folder();
+    for folder in ["ci/judge", "src", "target"] {
+        fs::create_dir_all(house.join(folder)).expect("created");
+    }
+    let write = |name: &str, text: &str| fs::write(house.join(name), text).expect("written");
+    write("src/main.rs", "one");
+    let first = of_action(house, "./my engine:2");
+    write("target/made", "by the build");
+    let second = of_action(house, "./my engine:2");
+    assert_eq!(first["digest"], second["digest"]);
+    assert!(first["use"].starts_with("judge-my-engine-2-"), "{first:?}");
+    assert_ne!(first["use"], second["use"]);
+    write("src/main.rs", "two");
+    assert_ne!(of_action(house, "./engine")["digest"], first["digest"]);
+    let action = text_of(root("ci/judge/action.yml"));
+    has(
+        &action,
+        [
+            "-${{ steps.source.outputs.digest }}\n",
+            "name: crossgrain-${{ steps.source.outputs.use }}\n",
+        ],
+    );
+}

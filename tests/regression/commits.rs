@@ -129,3 +129,130 @@ fn a_history_says_which_commit_changed_what() {
     tells(folder, 1, &keep(4), [words]);
     tells(folder, 2, &keep(1), ["a history needs two records"]);
 }
+
+/// Settings of a repository that start a program.
+const STARTERS: &str = "
+    log.showSignature ⇒ true
+    gpg.program ⇒ PROGRAM
+    core.fsmonitor ⇒ PROGRAM
+    core.hooksPath ⇒ HOOKS
+    core.pager ⇒ PROGRAM
+    pager.log ⇒ true
+    core.sshCommand ⇒ PROGRAM
+    filter.all.smudge ⇒ PROGRAM
+    filter.all.clean ⇒ PROGRAM
+    filter.all.process ⇒ PROGRAM
+    diff.all.textconv ⇒ PROGRAM
+    diff.external ⇒ PROGRAM
+    core.alternateRefsCommand ⇒ PROGRAM
+    remote.origin.uploadpack ⇒ PROGRAM
+    remote.origin.url ⇒ .
+    remote.origin.promisor ⇒ true
+";
+
+#[test]
+fn a_repository_of_others_starts_no_program_and_is_not_written_into() {
+    let place = &new_folder();
+    let folder = &place.join("engine");
+    fs::create_dir(folder).expect("created");
+    fs::write(folder.join(".gitattributes"), "* filter=all diff=all\n").expect("written");
+    let mut commits = repository(folder, &[Some([1.0, 10.0]), Some([2.5, 10.0])]);
+    // The newest is signed.
+    let signed = git(folder, &["cat-file", "-p", "HEAD"]).replacen(
+        "\n\n",
+        "\ngpgsig -----BEGIN PGP SIGNATURE-----\n \n AAAA\n -----END PGP SIGNATURE-----\n\n",
+        1,
+    );
+    fs::write(place.join("signed"), format!("{signed}\n")).expect("written");
+    let object = "hash-object -t commit -w ../signed";
+    commits[1] = git(folder, &object.words());
+    git(folder, &["reset", "-q", "--hard", &commits[1]]);
+    let ran = place.join("ran");
+    let text = format!("#!/bin/sh\necho $0 \"$@\" >>{}\ncat\n", ran.display());
+    let hooks = place.join("hooks");
+    fs::create_dir(&hooks).expect("created");
+    for hook in [
+        "post-checkout",
+        "reference-transaction",
+        "post-index-change",
+    ] {
+        program(&hooks, hook, &text);
+        program(&folder.join(".git/hooks"), hook, &text);
+    }
+    let program = program(place, "program", &text).display().to_string();
+    for [name, value] in rows(STARTERS) {
+        let value = value.replace("PROGRAM", &program);
+        let value = value.replace("HOOKS", &hooks.display().to_string());
+        git(folder, &["config", name, &value]);
+    }
+    git(folder, &["log", "-1"]);
+    assert!(ran.exists(), "git itself starts them");
+    fs::remove_file(&ran).expect("removed");
+    for (commit, value) in commits.iter().zip([1.0, 2.5]) {
+        fs::write(place.join("record.json"), record(value, 10.0)).expect("written");
+        ends(
+            place,
+            0,
+            &format!("report baseline save record.json {commit} --store kept"),
+        );
+    }
+    let state = || {
+        let mut files = below(&folder.join(".git"));
+        files.retain(|of| of.is_file());
+        files.sort();
+        let files = files
+            .into_iter()
+            .map(|of| (fs::read(&of).expect("read"), of));
+        files.collect::<Vec<_>>()
+    };
+    let before = state();
+    let inside = &folder.join("deeper");
+    fs::create_dir(inside).expect("created");
+    for repository in [folder, inside] {
+        let repository = repository.strip_prefix(&**place).expect("inside").display();
+        let history = format!("report history --store kept --repository {repository}");
+        tells(place, 1, &history, ["change 1"]);
+    }
+    let (good, bad) = (&commits[0], &commits[1]);
+    let bisect = format!(
+        "report bisect fall/height --good {good} --bad {bad} --repository engine --record out/record.json -- sh make.sh"
+    );
+    tells(place, 0, &bisect, ["fall/height changed in"]);
+    assert!(!ran.exists(), "{}", text_of(&ran));
+    assert!(state() == before);
+    tells(
+        place,
+        2,
+        "report history --store kept --repository kept",
+        ["is in no git repository; name the folder of one"],
+    );
+}
+
+#[test]
+fn of_eight_that_keep_a_baseline_of_one_name_at_once_one_does() {
+    let place = &new_folder();
+    fs::write(place.join("record.json"), record(1.0, 10.0)).expect("written");
+    for time in 0..12 {
+        let save = format!("report baseline save record.json main --store kept-{time}");
+        let all: Vec<Child> = (0..8).map(|_| started(place, &save)).collect();
+        let codes = all.into_iter().map(|mut of| of.wait().expect("it ends"));
+        let mut codes: Vec<_> = codes.map(|of| of.code()).collect();
+        codes.sort_unstable();
+        let one = [0, 2, 2, 2, 2, 2, 2, 2].map(Some);
+        assert_eq!(codes, one, "time {time}");
+    }
+}
+
+#[test]
+fn whoever_makes_a_folder_can_use_it_whatever_the_umask() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = &new_folder();
+    fs::write(place.join("record.json"), record(1.0, 10.0)).expect("written");
+    let save = "umask 777 && $0 report baseline save record.json main --store deep/kept";
+    let (code, _, errors) = bash(place, save, &[]);
+    assert_eq!(code, 0, "{errors}");
+    for made in ["deep", "deep/kept"] {
+        let mode = fs::metadata(place.join(made)).expect("made").permissions();
+        assert_eq!(mode.mode() & 0o777, 0o700, "{made}");
+    }
+}

@@ -89,6 +89,48 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
     );
 }
 
+/// What is written beside the grains and the box, and all that is said of it.
+const WRONG: &str = r#"
+    "contact": {"viscosity": {"kind": "dashpot", "cn": 3, "tension": "clipped"}, "colour": 3}, "gravity": -1 ⇒ /contact/colour; /contact/viscosity/c_n; /contact/viscosity/cn; /gravity: found -1, wanted at least 0
+    "time_step": {"kind": "absolute", "seconds": 1} ⇒ /time_step/seconds: found 1.0, wanted a punch that moves at most 0.1 mean radii a step, of 1.0000e0 s
+    "time_step": {"kind": "absolute", "seconds": 1}, "loading": {"speed": 0.2} ⇒ /time_step/seconds: found 1.0
+    "loading": {"speed": 900000} ⇒ /loading/speed: found 900000.0, wanted a punch that moves at most 0.1 mean radii a step
+    "box": {"width": 0.005} ⇒ /box/width: found 0.005, wanted room for the largest grain, 0.0105 m across
+    "cloud": {"columns": 3, "over": [0.1, 0.105]} ⇒ /cloud/over: found [0.1, 0.105], wanted room for the largest grain
+    "material": {"friction_angle": 30} ⇒ /material/friction_angle: found 30.0, wanted a number in [0, π/2) rad; 30 degrees are 0.5236 rad
+    "material": {"friction_angle": 1000} ⇒ /material/friction_angle: found 1000.0, wanted a number in [0, π/2) rad
+    "gravity": 1, "gravity": 2, "colour": 3, "damping": {"alpha": 2} ⇒ /colour; /damping/alpha; /gravity: found a key that was there already
+    "box": {"width": "0.5"}, "material": {"friction_angle": 30}, "loading": {"material": {"youngs_modulus": "x", "density": 3}}, "control_points": [{"name": "O", "offset": 3, "depth": "a"}] ⇒ /box/width; /control_points/0/depth; /loading/material/density; /loading/material/youngs_modulus; /material/friction_angle
+    "material": {"density": -1}, "loading": {"speed": 1e-30, "give_up_depth": 1.0} ⇒ /loading/give_up_depth; /material/density
+    "particles": {"count": 4, "mean_diameter": 1e-155}, "cloud": {"columns": 2}, "control_points": [] ⇒ /box/width; /control_points; /particles/mean_diameter
+"#;
+
+#[test]
+fn all_that_is_wrong_is_said_at_once_at_the_keys_that_were_written() {
+    for [written, wanted] in rows(WRONG) {
+        let mut given = r#""particles": {"count": 40, "mean_diameter": 0.01}"#.to_owned();
+        if written.contains("particles") {
+            given = r#""box": {"width": 0.5}"#.to_owned();
+        } else if !written.contains("box") {
+            given += r#", "box": {"width": 0.5}"#;
+        }
+        let Err(SceneError::Problems(found)) = parse_scene(&format!("{{{given}, {written}}}"))
+        else {
+            panic!("{written}");
+        };
+        let mut found: Vec<String> = found.iter().map(ToString::to_string).collect();
+        let place = |of: &String| of.split_once(": /").expect("a line").1.to_owned();
+        found = found.iter().map(|of| format!("/{}", place(of))).collect();
+        found.sort();
+        let is = |(found, wanted): (&String, &str)| found.starts_with(wanted);
+        let wanted: Vec<&str> = wanted.split("; /").collect();
+        let wanted = wanted.iter().map(|of| of.trim_start_matches('/'));
+        let wanted: Vec<String> = wanted.map(|of| format!("/{of}")).collect();
+        let all = found.iter().zip(wanted.iter().map(String::as_str)).all(is);
+        assert!(all && found.len() == wanted.len(), "{written}: {found:#?}");
+    }
+}
+
 proptest::proptest! {
     #[test]
     fn mangled_text_never_panics(cut in 0usize..3000, place in 0usize..3000, byte in 0u8..128) {

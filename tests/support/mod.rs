@@ -219,6 +219,7 @@ impl<const N: usize> Words for [&str; N] {
 pub fn cli(folder: &Path) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_crossgrain"));
     program.current_dir(folder);
+    program.env("XDG_CACHE_HOME", folder.join(".cache"));
     program
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use serde::Serialize;
 use thiserror::Error;
@@ -13,7 +13,7 @@ use super::diff::{Changed, Pace, diff, pair};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Speed};
 use crate::child::Group;
-use crate::files::{FileError, failed, work_folder};
+use crate::files::{FileError, failed, read_text, work_folder};
 use crate::workers::asked_to_end;
 
 /// Records of one job in the order of time.
@@ -324,12 +324,13 @@ pub fn bisect(
     [good, bad]: [&str; 2],
     mut told: impl FnMut(&Tried),
 ) -> Result<Bisected, BisectError> {
+    let repository = Repository::open(of.repository)?;
     let commit = |name: &str| {
         let name = format!("{name}^{{commit}}");
-        git(of.repository, &["rev-parse", "--verify", &name])
+        repository.git(&["rev-parse", "--verify", &name])
     };
     let [good, bad] = &[commit(good)?, commit(bad)?];
-    let checkout = Checkout::new(of.repository, bad)?;
+    let checkout = Checkout::new(&repository, bad)?;
     let git_there = |words: &[&str]| git(&checkout.folder, words);
     let mut tried = Vec::new();
     let at_end = |commit: &str, which| {
@@ -440,38 +441,95 @@ impl Bisection<'_> {
     }
 }
 
+/// A repository of others, seen through a git folder of one's own: its commits and names are its own, and nothing of its
+/// configuration, hooks and filters is there, none of which may start a program. Nothing is written into it.
+#[derive(Debug)]
+pub struct Repository {
+    around: tempfile::TempDir,
+}
+
+/// The longest file with a name of a commit or a folder, bytes.
+const LONGEST_NAME: u64 = 1 << 16;
+
+impl Repository {
+    /// The one that this folder is in.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be read.
+    pub fn open(folder: &Path) -> Result<Self, BisectError> {
+        let start = std::path::absolute(folder).map_err(failed("find", folder))?;
+        let own = start.ancestors().find_map(git_folder);
+        let own = own.ok_or_else(|| {
+            let what = "is in no git repository; name the folder of one";
+            FileError::Unfit(format!("{} {what}", folder.display()))
+        })?;
+        // The folder of a further working tree has its own HEAD alone.
+        let common = match read_text(&own.join("commondir"), LONGEST_NAME) {
+            Ok(path) => own.join(path.trim_end()),
+            Err(_) => own.clone(),
+        };
+        let around = work_folder()?;
+        let write = |name: &str, text: &str| {
+            let path = around.path().join(name);
+            std::fs::write(&path, text).map_err(failed("write", &path))
+        };
+        write("HEAD", &read_text(&own.join("HEAD"), LONGEST_NAME)?)?;
+        write(
+            "config",
+            "[core]\n\trepositoryformatversion = 0\n\tbare = true\n",
+        )?;
+        for name in ["objects", "refs", "packed-refs", "shallow"] {
+            let link = around.path().join(name);
+            if common.join(name).exists() {
+                std::os::unix::fs::symlink(common.join(name), &link)
+                    .map_err(failed("create", &link))?;
+            }
+        }
+        Ok(Repository { around })
+    }
+
+    /// What git says to this.
+    ///
+    /// # Errors
+    /// Git's own.
+    pub fn git(&self, words: &[&str]) -> Result<String, BisectError> {
+        git(self.around.path(), words)
+    }
+}
+
+/// The git folder of this very folder, if it has or is one.
+fn git_folder(folder: &Path) -> Option<PathBuf> {
+    let inside = folder.join(".git");
+    if inside.is_dir() {
+        return Some(inside);
+    }
+    if let Ok(text) = read_text(&inside, LONGEST_NAME) {
+        return Some(folder.join(text.strip_prefix("gitdir: ")?.trim_end()));
+    }
+    let has = |name: &str| folder.join(name).exists();
+    (has("HEAD") && has("objects") && has("refs")).then(|| folder.to_owned())
+}
+
 /// A working tree of its own, so that the user's stays as it is.
 struct Checkout {
-    repository: PathBuf,
     folder: PathBuf,
     _around: tempfile::TempDir,
 }
 
 impl Checkout {
-    fn new(repository: &Path, commit: &str) -> Result<Self, BisectError> {
+    fn new(repository: &Repository, commit: &str) -> Result<Self, BisectError> {
         let around = work_folder()?;
         let folder = around.path().join("checkout");
-        let repository = std::path::absolute(repository).map_err(failed("find", repository))?;
         let path = folder.to_string_lossy();
-        let words = ["worktree", "add", "--quiet", "--detach", &path, commit];
-        git(&repository, &words)?;
+        repository.git(&["worktree", "add", "--quiet", "--detach", &path, commit])?;
         Ok(Checkout {
-            repository,
             folder,
             _around: around,
         })
     }
 }
 
-impl Drop for Checkout {
-    fn drop(&mut self) {
-        let path = self.folder.to_string_lossy();
-        let _ = git(&self.repository, &["worktree", "remove", "--force", &path]);
-    }
-}
-
-/// What git says to this, without the spaces around it.
-pub fn git(folder: &Path, words: &[&str]) -> Result<String, BisectError> {
+fn git(folder: &Path, words: &[&str]) -> Result<String, BisectError> {
     git_ended(folder, words, &[0])
 }
 
@@ -481,11 +539,23 @@ fn git_ended(folder: &Path, words: &[&str], fine: &[i32]) -> Result<String, Bise
         said: said.trim().to_owned(),
     };
     let mut git = Command::new("git");
-    // Its words are read.
-    git.arg("-C").arg(folder).args(words).env("LC_ALL", "C");
-    for name in ["GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"] {
-        git.env_remove(name);
+    git.arg("-C").arg(folder).args(words);
+    // The user's own settings are not meant for it either.
+    for (name, _) in std::env::vars_os() {
+        if name.to_string_lossy().starts_with("GIT_") && name != "GIT_EXEC_PATH" {
+            git.env_remove(name);
+        }
     }
+    // Its words are read, and it asks nobody and fetches nothing.
+    git.envs([
+        ("LC_ALL", "C"),
+        ("GIT_CONFIG_NOSYSTEM", "1"),
+        ("GIT_CONFIG_GLOBAL", "/dev/null"),
+        ("GIT_ATTR_NOSYSTEM", "1"),
+        ("GIT_NO_LAZY_FETCH", "1"),
+        ("GIT_TERMINAL_PROMPT", "0"),
+    ]);
+    git.stdin(Stdio::null());
     let done = git
         .output()
         .map_err(|error| complaint(&error.to_string()))?;

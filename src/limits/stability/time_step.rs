@@ -9,6 +9,7 @@ use super::scenes::{rested, still};
 use super::spectrum::{Network, at_start};
 use super::trials::Disturbed;
 use crate::engine::yade::Proposal;
+use crate::run::folder::RunFolder;
 use crate::run::folder::record::{StepChoice, StepLook, StepTrial};
 use grains::generate::initial_bodies;
 use grains::model::{Model, damping_ratio};
@@ -101,6 +102,19 @@ pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>> {
         limit = limit.min(network.limit(alpha).dt);
     }
     Ok(limit.is_finite().then(|| scene.time_step_seconds() / limit))
+}
+
+/// The largest [`share_of_limit`] of a run's beds.
+pub fn largest_share(run: &RunFolder) -> Result<Option<f64>> {
+    let last = run.record.stages.last();
+    let last = last.map_or(Stage::Settle, |of| of.stage);
+    let settled = run.settled.iter().map(|bed| (bed, Stage::Settle));
+    let mut largest: Option<f64> = None;
+    for (bed, stage) in settled.chain([(&run.last, last)]) {
+        let share = share_of_limit(&run.scene.in_stage(stage), &bed.bodies)?;
+        largest = largest.into_iter().chain(share).reduce(f64::max);
+    }
+    Ok(largest)
 }
 
 /// A step that is small for any scene of these grains, s.

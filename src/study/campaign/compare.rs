@@ -30,6 +30,10 @@ use evidence::{Interval, holm, proportion};
 const PERMUTATIONS: usize = 2000;
 /// Pairs of campaigns that are drawn for the power of the whole: it is known to 0.05.
 const DRAWN: usize = 400;
+/// The probability with which so many packings decide that are said to.
+const ENOUGH: f64 = 0.9;
+/// More are not proposed.
+const MOST_PACKINGS: usize = 1_000_000;
 const MARGINS: &str = "the margins of the trade-off";
 const KEY: Key = *b"crossgrain: campaigns drawn anew";
 
@@ -276,6 +280,30 @@ fn power([first, second]: &[Packings; 2]) -> Option<Interval> {
     proportion::wilson(equal, DRAWN, 0.95)
 }
 
+impl Compared {
+    /// How many packings of each side show equality, if the means are equal and deviations as they are; none where no number does.
+    fn needs(&self) -> Option<usize> {
+        let deviations = [self.moments[0][1]?, self.moments[1][1]?];
+        let shows = |count: usize| {
+            let power = t_test::power([count; 2], deviations, self.margin?);
+            Some(power? >= ENOUGH)
+        };
+        let mut most = self.packings[0].min(self.packings[1]).max(2);
+        while !shows(most)? {
+            most = most.checked_mul(2).filter(|of| *of < MOST_PACKINGS)?;
+        }
+        let mut least = most / 2;
+        while most - least > 1 + least / 20 {
+            let middle = least.midpoint(most);
+            match shows(middle)? {
+                true => most = middle,
+                false => least = middle,
+            }
+        }
+        Some(most)
+    }
+}
+
 impl Judgement {
     /// Different if one finding is, equal if all are.
     pub fn verdict(&self) -> Verdict {
@@ -305,6 +333,28 @@ impl Judgement {
         }
         correct(&mut self.quantities, |of| &mut of.distribution_p);
         self
+    }
+
+    /// How many packings would decide what so many leave open, were the means and shares equal.
+    fn needs(&self, packings: [usize; 2]) -> String {
+        let open = self.quantities.iter();
+        let open = open.filter(|of| of.finding == Some(Finding::Undecided));
+        let mut needed: Vec<Option<usize>> = open.map(Compared::needs).collect();
+        if self.missed_finding == Finding::Undecided {
+            // The interval's width falls as the square root of their number.
+            let shorter = self.missed.map(|of| 0.5 * (of.high - of.low) / MISSED);
+            let least = packings[0].min(packings[1]) as f64;
+            needed.push(shorter.map(|of| (least * (1.1 * of).powi(2)).ceil() as usize));
+        }
+        let needed: Option<Vec<usize>> = needed.into_iter().collect();
+        match needed.and_then(|of| of.into_iter().max()) {
+            Some(most) if most > packings[0].min(packings[1]) => format!(
+                "where the engines are equal, about {most} packings of each would show it for each of these in {:.0} % of the cases",
+                100.0 * ENOUGH
+            ),
+            // What some packings lack, or fewer than two of a side.
+            _ => "run more members".to_owned(),
+        }
     }
 
     fn checks(&self) -> Vec<Check> {
@@ -414,7 +464,8 @@ impl Comparison {
             ),
             Verdict::Undecided => format!(
                 "{open} of {count} quantities are undecided: {first} and {second} packings show neither that they differ by more than \
-                 their margins nor that they differ by less. None is shown to differ; run more members."
+                 their margins nor that they differ by less. None is shown to differ; {}.",
+                judged.needs(self.packings)
             ),
             _ => verdict,
         };

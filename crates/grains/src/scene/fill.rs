@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::paper_scene::paper_scene;
-use super::{Cloud, ControlPoint, Scene};
+use super::{Cloud, ControlPoint, Scene, TimeStep};
 
 /// What every scene file has to say, by JSON pointer.
 const GIVEN: [(&str, &str); 3] = [
@@ -14,8 +14,17 @@ const GIVEN: [(&str, &str); 3] = [
 /// Of the cloud, over the mean diameter.
 const PITCH: f64 = 1.25;
 
-/// The value of a scene file with everything that it leaves out.
+/// The value of a scene file with everything that it leaves out and may leave out.
 pub(super) fn filled(given: &Value) -> Value {
+    fill(given, &GIVEN)
+}
+
+/// The same with what it may not leave out.
+pub(super) fn filled_anyway(given: &Value) -> Value {
+    fill(given, &[])
+}
+
+fn fill(given: &Value, required: &[(&str, &str)]) -> Value {
     let number = |place: &str| given.pointer(place).and_then(Value::as_f64);
     let number = |place: &str| number(place).filter(|of| of.is_finite() && *of > 0.0);
     let diameter = number("/particles/mean_diameter").unwrap_or(0.01);
@@ -23,9 +32,9 @@ pub(super) fn filled(given: &Value) -> Value {
     let dispersion = number("/particles/dispersion").unwrap_or(0.05);
     let scene = defaults(diameter, width, dispersion, given);
     let mut all = serde_json::to_value(&scene).unwrap_or_default();
-    for (place, key) in GIVEN {
+    for (place, key) in required {
         let object = all.pointer_mut(place).and_then(Value::as_object_mut);
-        object.and_then(|object| object.shift_remove(key));
+        object.and_then(|object| object.shift_remove(*key));
     }
     put_over(&mut all, given);
     // Of loading's constants the default is pouring's.
@@ -91,6 +100,9 @@ fn defaults(diameter: f64, width: f64, dispersion: f64, given: &Value) -> Scene 
     if f64::from(*columns) * diameter * (1.0 + dispersion) > room {
         *columns = (*columns - 1).max(1);
     }
+    if let TimeStep::Fraction { of_sqrt_m_over_k } = &mut scene.time_step {
+        *of_sqrt_m_over_k /= sticking(given);
+    }
     scene.loading.half_width = (2.25 * diameter).min(0.25 * width);
     scene.loading.punch_height = 30.0 * diameter;
     scene.loading.give_up_depth = 11.0 * diameter;
@@ -102,6 +114,31 @@ fn defaults(diameter: f64, width: f64, dispersion: f64, given: &Value) -> Scene 
         depth: 11.0 * diameter,
     }];
     scene
+}
+
+/// By how much contacts that can stick shorten the largest stable step: √(1 + 1.75 k_s/k_n), to two digits; 1 without friction.
+fn sticking(given: &Value) -> f64 {
+    let in_stages = |key: &str| {
+        ["", "/loading"].map(|at| {
+            let value = given.pointer(&format!("{at}/material/{key}"));
+            value.and_then(Value::as_f64).unwrap_or(0.0)
+        })
+    };
+    let largest = |key: &str| in_stages(key).into_iter().fold(0.0, f64::max);
+    let angles = [
+        "friction_angle",
+        "wall_friction_angle",
+        "punch_friction_angle",
+    ]
+    .map(largest);
+    if angles.iter().all(|angle| *angle <= 0.0) {
+        return 1.0;
+    }
+    let ratio = match largest("stiffness_ratio") {
+        0.0 => paper_scene(1, 1).material.stiffness_ratio,
+        ratio => ratio,
+    };
+    (100.0 * (1.0 + 1.75 * ratio).sqrt()).ceil() / 100.0
 }
 
 /// Puts what is given over the defaults, key by key; one of another kind than the default replaces it whole.

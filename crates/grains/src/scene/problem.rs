@@ -51,20 +51,45 @@ fn cut(found: String) -> String {
 }
 
 /// All problems of a scene.
-pub(super) struct Findings(pub(super) Vec<Problem>);
+pub(super) struct Findings<'a> {
+    /// What was written.
+    pub(super) given: &'a Value,
+    /// The scene with its defaults.
+    pub(super) whole: &'a Value,
+    pub(super) problems: Vec<Problem>,
+}
 
-impl Findings {
+impl Findings<'_> {
     /// A problem at `place` unless something holds there.
     pub(super) fn unless(&mut self, holds: bool, place: &str, value: &dyn Debug, wanted: &str) {
-        if !holds {
+        if !holds && self.is_sound(place) {
             let found = cut(format!("{value:?}"));
-            self.0.push(Problem::of(place, found, wanted));
+            self.problems.push(Problem::of(place, found, wanted));
         }
     }
 
-    /// Whether nothing is wrong there.
+    /// A problem unless something holds that follows from these keys, all of which are sound by themselves; it stands at the
+    /// first of them that was written.
+    pub(super) fn follows(&mut self, holds: bool, from: &[&str], wanted: &str) {
+        if holds || !from.iter().all(|key| self.is_sound(key)) {
+            return;
+        }
+        let first = |of: &Value| from.iter().find(|key| of.pointer(key).is_some());
+        let place = first(self.given).or_else(|| first(self.whole));
+        let place = place.copied().unwrap_or_default();
+        let value = self.whole.pointer(place).cloned().unwrap_or_default();
+        let found = cut(value.to_string().replace(',', ", "));
+        self.problems.push(Problem::of(place, found, wanted));
+    }
+
+    /// Whether nothing is wrong there, nor with what it belongs to, nor inside it.
     pub(super) fn is_sound(&self, place: &str) -> bool {
-        self.0.iter().all(|of| of.place != place)
+        let is_in = |inner: &str, outer: &str| {
+            let rest = inner.strip_prefix(outer);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        };
+        let mut all = self.problems.iter();
+        all.all(|of| !is_in(place, &of.place) && !is_in(&of.place, place))
     }
 
     /// A problem unless the name can stand in a line, in tables and in pages.
@@ -98,15 +123,12 @@ pub fn misfits(schema: &Value, value: &Value) -> Vec<Problem> {
     walk.problems
 }
 
-/// Removes the keys that have these problems.
-pub(super) fn remove(value: &mut Value, problems: &[Problem]) {
-    for of in problems {
-        let Some((parent, key)) = of.place.rsplit_once('/') else {
-            continue;
-        };
-        if let Some(Value::Object(parent)) = value.pointer_mut(parent) {
-            parent.remove(&key.replace("~1", "/").replace("~0", "~"));
-        }
+/// Removes the key at this place, if it is one of an object.
+pub(super) fn remove(value: &mut Value, place: &str) {
+    let parent = place.rsplit_once('/');
+    let parent = parent.and_then(|(parent, key)| Some((value.pointer_mut(parent)?, key)));
+    if let Some((Value::Object(parent), key)) = parent {
+        parent.remove(&key.replace("~1", "/").replace("~0", "~"));
     }
 }
 
@@ -307,19 +329,17 @@ fn parts(text: &str) -> Vec<(String, &str)> {
         .collect()
 }
 
-/// The JSON pointer of the first key that is given twice in its object.
-pub(super) fn twice(text: &str, place: &str) -> Option<String> {
-    let mut seen = BTreeSet::new();
+/// The JSON pointers of keys that are given again in their objects.
+pub(super) fn twice(text: &str, place: &str) -> Vec<String> {
+    let (mut seen, mut found) = (BTreeSet::new(), Vec::new());
     for (key, of) in parts(text) {
         let here = format!("{place}/{}", escaped(&key));
+        found.extend(twice(of, &here));
         if !seen.insert(key) {
-            return Some(here);
-        }
-        if let Some(inside) = twice(of, &here) {
-            return Some(inside);
+            found.push(here);
         }
     }
-    None
+    found
 }
 
 /// A key as it stands in a JSON pointer.
@@ -327,9 +347,9 @@ fn escaped(key: &str) -> String {
     key.replace('~', "~0").replace('/', "~1")
 }
 
-/// Line and column, from 1, of the last key of a JSON pointer that is in the text.
-pub(super) fn line_and_column(text: &str, pointer: &str) -> (usize, usize) {
-    let (mut inner, mut start) = (text, 0);
+/// Line and column, from 1, of the last key of a JSON pointer that is in the text, if any is.
+pub(super) fn line_and_column(text: &str, pointer: &str) -> Option<(usize, usize)> {
+    let (mut inner, mut start) = (text, None);
     for wanted in pointer.split('/').skip(1) {
         let found = parts(inner)
             .into_iter()
@@ -337,11 +357,11 @@ pub(super) fn line_and_column(text: &str, pointer: &str) -> (usize, usize) {
         let Some((key, value)) = found else { break };
         let offset = value.as_ptr() as usize - text.as_ptr() as usize;
         let before = &text[..offset];
-        start = before.rfind(&format!("\"{key}\"")).unwrap_or(offset);
+        start = Some(before.rfind(&format!("\"{key}\"")).unwrap_or(offset));
         inner = value;
     }
-    let before = &text[..start];
+    let before = &text[..start?];
     let line_start = before.rfind('\n').map_or(0, |at| at + 1);
     let line = before.matches('\n').count() + 1;
-    (line, text[line_start..start].chars().count() + 1)
+    Some((line, text[line_start..before.len()].chars().count() + 1))
 }
