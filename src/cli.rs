@@ -272,7 +272,7 @@ mod tests {
             assert_eq!(flags.count(), if is_judge { 3 } else { 0 }, "{name}");
             judges += usize::from(is_judge);
         }
-        assert_eq!(judges, 15);
+        assert_eq!(judges, 16);
     }
 
     #[test]

@@ -351,7 +351,7 @@ fn expect_rounding(
         let id = format!("first-steps-{lower}");
         let judged = locator.ok_or_else(|| "the engines were not to be run again".to_owned());
         let judged = judged.and_then(|of| of_first_steps(run, of, &beds));
-        let mut noise = Resolution::DOUBLE.noise();
+        let mut measured = None;
         match judged {
             Ok(None) => continue,
             Ok(Some(judgement)) => {
@@ -359,7 +359,7 @@ fn expect_rounding(
                     let id = format!("{PROGRAM}{lower}");
                     comparison.check(&id, &format!("{name}'s program"), Outcome::Pass, &covered);
                 }
-                noise = judgement.resolution.noise();
+                measured = Some(judgement.resolution);
                 let checks = first_steps::checks(&judgement, &id);
                 comparison.checks.extend(checks);
                 comparison.first_steps.push((name, judgement));
@@ -369,9 +369,12 @@ fn expect_rounding(
                 comparison.missing(&id, &what, &why);
             }
         }
+        let tables = from_runs::contact_tables(run, &lower, measured);
+        comparison.checks.extend(tables);
         if locator.is_none() {
             continue;
         }
+        let noise = measured.unwrap_or(Resolution::DOUBLE).noise();
         match Replicas::of(run, noise) {
             Ok(replicas) => comparison.checks.extend(replicas.checks(run, &lower)),
             Err(why) => {

@@ -17,7 +17,7 @@ use grains::variant::Form;
 use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, REPLICAS};
-use verdict::excerpt::Excerpt;
+use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
 
 /// An engine that refuses a bed is asked for one of so many grains.
@@ -384,7 +384,10 @@ fn seen(limits: &[Limit]) -> String {
     let range = |of: &Limit| format!("{:.0e} ({})", of.smallest, of.constant);
     ends.map_or(String::new(), |(first, last)| {
         let (first, last) = (range(first), range(last));
-        format!("A constant that is wrong by more than {first} to {last} would have been seen.")
+        format!(
+            "A constant that is wrong by more than {first} to {last} would have been seen; what begins after step {STEPS_OF_EXCERPT} of a job \
+             would not."
+        )
     })
 }
 

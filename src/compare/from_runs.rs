@@ -14,9 +14,10 @@ use grains::measure::HistoryRow;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise, first_contact_punch};
 use grains::scene::Scene;
-use grains::tables::{Bodies, Punch, Stage, StopReason};
+use grains::tables::{Bodies, Contact, Punch, Stage, StopReason};
 use grains::task::{Case, Seen, Start, Task};
-use verdict::envelope::of_replica;
+use verdict::contacts;
+use verdict::envelope::{Resolution, of_replica};
 use verdict::excerpt::Excerpt;
 use verdict::judge::Reference;
 use verdict::starts::{MOMENTS, State};
@@ -27,22 +28,9 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
     let scene = &a.scene;
     let mut states = Vec::new();
     let mut add = |start: String, key: &str, stage: Stage, bodies: &Bodies, punch| {
-        let model = Model::in_stage(scene, stage);
-        let mut bodies = bodies.clone();
-        if model.law.rotates() {
-            can_turn(scene, &mut bodies);
-        } else {
-            (bodies.spin, bodies.inertia) = (Vec::new(), Vec::new());
-        }
         states.push(State {
             law: format!("the scene's model, stage {}", stage.name()),
-            case: Case {
-                name: start.clone(),
-                model,
-                bodies,
-                punch,
-                moments: MOMENTS.to_vec(),
-            },
+            case: case_of(scene, &start, stage, bodies, punch),
             start,
             key: key.to_owned(),
             probed: true,
@@ -115,6 +103,14 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
                     format!("{key}-to-end"),
                 );
                 excerpts.extend(Excerpt::to_end(&of, &key, scene, loading)?);
+            } else {
+                let from = Start::from(bodies.clone());
+                let (of, key) = (
+                    format!("{name}'s settled bed, into loading to its end"),
+                    format!("excerpt-{key}-to-end"),
+                );
+                let into = Excerpt::into_loading(&of, &key, scene, from);
+                excerpts.extend(into.ended_by_the_force()?);
             }
         }
         let punch = punch_at_end(run);
@@ -130,6 +126,73 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
     // States of one model stand together, those of loading last.
     states.sort_by_key(|of| of.law.ends_with(Stage::Load.name()));
     Ok(Reference::of(states, excerpts))
+}
+
+/// A state of a run, under the scene's model in this stage.
+fn case_of(scene: &Scene, name: &str, stage: Stage, bodies: &Bodies, punch: Option<Punch>) -> Case {
+    let model = Model::in_stage(scene, stage);
+    let mut bodies = bodies.clone();
+    if model.law.rotates() {
+        can_turn(scene, &mut bodies);
+    } else {
+        (bodies.spin, bodies.inertia) = (Vec::new(), Vec::new());
+    }
+    Case {
+        name: name.to_owned(),
+        model,
+        bodies,
+        punch,
+        moments: MOMENTS.to_vec(),
+    }
+}
+
+/// Whether the contact tables of a run's states follow from its grains. Without a measured resolution numbers that single precision
+/// explains decide nothing.
+pub fn contact_tables(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Option<Check> {
+    let has_loading = run.record.stages.iter().any(|of| of.stage == Stage::Load);
+    let punch = punch_at_end(run);
+    // Without the settled bed nobody knows where the punch is; while springs are soft they are not the scene's.
+    if run.record.softened.is_some() || has_loading && punch.is_none() {
+        return None;
+    }
+    let stage = punch.map_or(Stage::Settle, |_| Stage::Load);
+    let settled = run.settled.iter();
+    let settled = settled.map(|of| ("the settled bed", Stage::Settle, of, None));
+    let states = settled.chain([("the last state", stage, &run.last, punch)]);
+    let mut decided = (Outcome::Pass, "they follow from the grains".to_owned());
+    for (name, stage, moment, punch) in states {
+        let case = case_of(&run.scene, name, stage, &moment.bodies, punch);
+        let places = moment.bodies.x.iter().chain(&moment.bodies.z);
+        let extent = places.fold(0.0, |most: f64, of| most.max(of.abs()));
+        let wrong = |of: Resolution| {
+            let found = contacts::contradiction(&case, &moment.contacts, of.length(extent));
+            found.unwrap_or_else(|error| Some(error.to_string()))
+        };
+        let resolution = measured.unwrap_or(Resolution::DOUBLE);
+        let Some(why) = wrong(resolution) else {
+            continue;
+        };
+        let is_open = measured.is_none() && wrong(Resolution::SINGLE).is_none();
+        decided = (
+            if is_open {
+                Outcome::Skipped
+            } else {
+                Outcome::Fail
+            },
+            format!("in {name} {why}"),
+        );
+        if !is_open {
+            break;
+        }
+    }
+    let (outcome, found) = decided;
+    let what = format!("{}'s contact tables", id.to_uppercase());
+    let check = Check::of_words(format!("contacts-{id}"), &what, outcome, &found);
+    Some(check.required().judged_by(
+        "pairs, overlaps, normals, points and normal forces of springs made anew from the grains that were written; tangential forces by \
+         their limit",
+        "rounding of lengths in the engine's precision",
+    ))
 }
 
 /// The same of a scene alone, as native runs it.
@@ -179,6 +242,8 @@ const REPLICAS: usize = 9;
 /// 400,000 times, and on the way, where there are many, once in 10⁸ times.
 const AT_END: f64 = 12.0;
 const ON_THE_WAY: f64 = 25.0;
+/// A share that a few contacts change in a small bed.
+const FEW: f64 = 0.05;
 /// A share of a number that is rounding, whatever replicas say.
 const ROUNDING: f64 = 1.0e-9;
 
@@ -337,6 +402,23 @@ impl Replicas {
                 off.push(format!("{key} {why}"));
             }
         }
+        type OfRun = fn(&RunFolder) -> Option<f64>;
+        let shares: [(&str, OfRun); 2] = [
+            ("settled", |of| {
+                of.settled.as_ref().and_then(borne_tangentially)
+            }),
+            ("last", |of| borne_tangentially(&of.last)),
+        ];
+        for (state, share) in shares {
+            let all: Vec<f64> = self.0.iter().filter_map(share).collect();
+            let Some(value) = share(run).filter(|_| all.len() == REPLICAS) else {
+                continue;
+            };
+            count += 1;
+            if let Some(why) = outside(value, &all, AT_END, FEW) {
+                off.push(format!("Σ|ft|/Σ|fn| in the {state} state {why}"));
+            }
+        }
         ((!off.is_empty()).then(|| off.join("; ")), count)
     }
 }
@@ -376,6 +458,16 @@ fn against_rules(run: &RunFolder) -> Option<String> {
             ));
         }
     }
+    let settled = ended(Stage::Settle, StopReason::Settled).and(run.settled.as_ref());
+    if let (Some(bed), Some(peak)) = (settled, largest_peak(run)) {
+        let left = bed.bodies.kinetic_energy();
+        let most = settle.kinetic_energy_fraction * peak;
+        if left > most * (1.0 + ROUNDING) {
+            return Some(format!(
+                "it settled with {left:e} J left, and by its own history the rule holds at {most:e} J at most"
+            ));
+        }
+    }
     let steps = ended(Stage::Load, StopReason::Reached)?;
     let last = run.history.last()?;
     let (force, depth) = (last.punch_force?, last.punch_depth?);
@@ -391,6 +483,28 @@ fn against_rules(run: &RunFolder) -> Option<String> {
         )),
         _ => None,
     }
+}
+
+/// What the kinetic energy of pouring had at most, J, by the history: between two rows it may have been above the largest one by as
+/// much as that is above its neighbours. None where that one has not two of them.
+fn largest_peak(run: &RunFolder) -> Option<f64> {
+    let rows = run.history.iter().filter(|of| of.stage == Stage::Settle);
+    let energies: Vec<f64> = rows.map(|of| of.kinetic_energy).collect();
+    let around = energies
+        .windows(3)
+        .filter(|of| of[1] >= of[0] && of[1] >= of[2]);
+    let peak = around.max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    let beyond = energies.iter().any(|of| *of > peak[1]);
+    let above = peak[1] * peak[1] / peak[0].min(peak[2]);
+    (!beyond).then_some(above.max(start_of(run).seen.energy))
+}
+
+/// Σ|ft|/Σ|fn| of a state's contacts; none where nothing is pressed.
+fn borne_tangentially(of: &Moment) -> Option<f64> {
+    let sum =
+        |force: fn(&Contact) -> f64| of.contacts.iter().map(|of| force(of).abs()).sum::<f64>();
+    let [normal, tangential] = [sum(|of| of.normal_force), sum(|of| of.tangential_force)];
+    (normal > 0.0).then(|| tangential / normal)
 }
 
 fn logarithm(of: f64) -> Option<f64> {

@@ -83,7 +83,9 @@ impl DiscField {
         let sizes: f64 = loads().map(|load| load.force.norm()).sum();
         let left: Vector2<f64> = loads().map(|load| load.force).sum();
         let moment: f64 = loads().map(|load| load.point.perp(&load.force)).sum();
-        left.norm().max(moment.abs() / self.radius) / sizes
+        let left = left.norm().max(moment.abs() / self.radius);
+        // No forces are in balance.
+        if left == 0.0 { 0.0 } else { left / sizes }
     }
 
     /// What is left of forces on the rim of a disc, over the sum of their sizes.

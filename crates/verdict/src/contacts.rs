@@ -3,7 +3,11 @@
 
 use evidence::moments::median;
 use grains::model::Wall;
+use grains::native::{NativeError, run_case};
 use grains::tables::{Contact, Snapshot};
+use grains::task::Case;
+
+use crate::constants::{kind_of_pair, until};
 
 /// Numbers compared of a contact: overlap, normal force, tangential force, normal, point.
 pub(crate) const NUMBERS: usize = 5;
@@ -95,6 +99,56 @@ pub(crate) fn apart(
     }
     (ids, numbers)
 }
+
+/// What of a contact table does not follow from the grains of the state that it belongs to, though lengths are rounded by so much, m:
+/// pairs, overlaps, normals, points; normal forces where springs alone make them; a tangential force beyond its limit.
+pub fn contradiction(
+    state: &Case,
+    theirs: &[Contact],
+    length: f64,
+) -> Result<Option<String>, NativeError> {
+    let start = until(state, 0);
+    let own = run_case(&start, None)?;
+    let own = own.first().map_or(&[][..], |of| &of.contacts);
+    let law = &state.model.law;
+    let radius = state.bodies.radius.iter().copied().fold(f64::MAX, f64::min);
+    let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let is_off = |of: &Paired<'_>| match (of.their, of.own) {
+        (Some(a), Some(b)) => {
+            let by_length = 2.0 * b.normal_force / b.overlap * length;
+            let force = (a.normal_force - b.normal_force).abs();
+            (a.overlap - b.overlap).abs() > length
+                || apart(a.normal, b.normal) > 4.0 * length / radius
+                || apart(a.point, b.point) > 8.0 * length
+                || !law.has_dashpots() && force > by_length + ROUNDED * b.normal_force
+        }
+        (Some(one), None) | (None, Some(one)) => one.overlap > length,
+        (None, None) => false,
+    };
+    if paired(theirs, own).iter().any(is_off) {
+        return Ok(Some(in_words(theirs, own)));
+    }
+    let limit = |of: &Contact| {
+        let angle = law.friction_angles()[kind_of_pair(state, of.id1)];
+        angle.tan() * of.normal_force.abs()
+    };
+    let beyond = |of: &&Contact| {
+        let rounding = 2.0 * (of.normal_force / of.overlap).abs() * length;
+        of.tangential_force.abs() > (1.0 + SAME) * limit(of) + rounding
+    };
+    Ok(theirs.iter().find(beyond).map(|of| {
+        format!(
+            "ft of {}–{} is {:e} N, and its limit is {:e} N",
+            of.id1,
+            of.id2,
+            of.tangential_force,
+            limit(of)
+        )
+    }))
+}
+
+/// A share of a number that is rounding.
+const ROUNDED: f64 = 1.0e-12;
 
 /// A factor is told if all rows have it but for this share of it.
 const SAME: f64 = 1.0e-6;

@@ -563,6 +563,13 @@ impl Resolution {
         overlap: SMALLEST,
     };
 
+    /// Of numbers in single precision.
+    pub const SINGLE: Resolution = Resolution {
+        position: SINGLE,
+        velocity: SINGLE,
+        overlap: SINGLE,
+    };
+
     /// The same as noise for replicas: numbers are off by half of what makes a difference.
     pub fn noise(&self) -> Noise {
         Noise {
@@ -587,6 +594,14 @@ impl Resolution {
     pub fn is_double(&self) -> bool {
         let coarsest = self.position.max(self.velocity).max(self.overlap);
         coarsest <= FINE
+    }
+
+    /// How much of a length is rounding in a bed as large as this, m.
+    pub fn length(&self, extent: f64) -> f64 {
+        match self.is_double() {
+            true => 4.0 * FINE * extent,
+            false => 4.0 * SINGLE * extent,
+        }
     }
 
     pub fn name(&self) -> &'static str {

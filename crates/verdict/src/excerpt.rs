@@ -77,16 +77,42 @@ impl Excerpt {
         scene: &Scene,
         from: Start,
     ) -> Result<Option<Self>, NativeError> {
-        let mut of = Excerpt::new(start, key, scene, from);
-        let forces = of.native(None)?;
+        Excerpt::new(start, key, scene, from).ended_by_the_force()
+    }
+
+    /// The same with a force that its punch has soon.
+    pub fn ended_by_the_force(mut self) -> Result<Option<Self>, NativeError> {
+        let forces = self.native(None)?;
         let forces = forces.iter().filter_map(|of| of.punch).map(|of| of.force);
         let largest = forces.fold(0.0, f64::max);
-        let dt = scene.time_step_seconds();
-        let loading = &mut of.scene.loading;
+        let dt = self.scene.time_step_seconds();
+        let loading = &mut self.scene.loading;
         loading.pressure = 0.8 * largest / (2.0 * loading.half_width);
         loading.after_force = AfterForce::StandStill { seconds: 40.0 * dt };
+        self.task.until = Until::EndOfLoading;
+        Ok((largest > 0.0).then_some(self))
+    }
+
+    /// Pouring that ends by its most steps before the rule holds: nothing is loaded then.
+    pub fn to_most_steps(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
+        let mut of = Excerpt::new(start, key, scene, from);
+        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
         of.task.until = Until::EndOfLoading;
-        Ok((largest > 0.0).then_some(of))
+        let settle = &mut of.scene.settle;
+        settle.kinetic_energy_fraction = 1.0e-12;
+        settle.check_every = 2 * EXCERPT_EVERY;
+        settle.max_steps = STEPS_OF_EXCERPT / 2;
+        of
+    }
+
+    /// Pouring of a bed that was livelier at a look before: the rule holds at its first look, and would not by what this run sees.
+    pub fn livelier_before(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
+        let energy = 100.0 * from.bodies.kinetic_energy();
+        let mut of = Excerpt::to_most_steps(start, key, scene, from);
+        of.task.start.seen.energy = energy;
+        of.task.until = Until::EndOfSettling;
+        of.scene.settle.kinetic_energy_fraction = 0.5;
+        of
     }
 
     fn native(&self, noise: Option<Noise>) -> Result<Vec<Snapshot>, NativeError> {

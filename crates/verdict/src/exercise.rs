@@ -74,6 +74,23 @@ fn slides(case: &Case, of: &Contact) -> bool {
     limit > 0.0 && of.tangential_force.abs() >= (1.0 - AT_LIMIT) * limit
 }
 
+/// The punch's corners, where there is a punch and its flat faces alone are touched.
+pub(crate) fn untouched_corners<'a>(
+    runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>,
+) -> Option<&'static str> {
+    let mut punched = runs.filter(|(case, _)| case.punch.is_some()).peekable();
+    punched.peek()?;
+    let at_a_corner = |(case, run): (&Case, &[Snapshot])| {
+        let mut contacts = run.iter().flat_map(|of| &of.contacts);
+        contacts.any(|of| {
+            let is_at_punch = kind_of_pair(case, of.id1) == 2;
+            is_at_punch && of.normal.iter().all(|part| part.abs() > AT_LIMIT)
+        })
+    };
+    let touched = punched.any(at_a_corner);
+    (!touched).then_some("the punch's corners")
+}
+
 /// The grains with a contact that slides at any of these moments.
 pub(crate) fn sliding(case: &Case, run: &[Snapshot]) -> BTreeSet<u32> {
     let contacts = run.iter().flat_map(|of| &of.contacts);

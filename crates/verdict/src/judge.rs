@@ -399,9 +399,13 @@ impl Reference {
             states.any(|of| constant.is_in(&of.asked.case)) && !limits().any(|of| of.0 == *constant)
         });
         let constants: Vec<&str> = constants.map(Constant::symbol).collect();
+        let runs = all
+            .iter()
+            .map(|of| (&of.asked.case, &of.native.envelope.own[..]));
         constants
             .into_iter()
             .chain(keys)
+            .chain(exercise::untouched_corners(runs))
             .map(str::to_owned)
             .collect()
     }

@@ -38,7 +38,7 @@
 
 pub mod causes;
 pub mod constants;
-mod contacts;
+pub mod contacts;
 pub mod envelope;
 pub mod excerpt;
 pub mod exercise;

@@ -343,6 +343,19 @@ impl Bed {
             .map(|of| of.task.start.clone());
         excerpts
             .extend(pouring.map(|of| Excerpt::into_loading(name, "excerpt-stages", &staged, of)));
+        let pouring = excerpts.first().map(|of| of.task.start.clone());
+        if let Some(pouring) = pouring {
+            let (scene, of) = (&self.scene, "pouring until its most steps");
+            let from = pouring.clone();
+            excerpts.push(Excerpt::to_most_steps(
+                of,
+                "excerpt-most-steps",
+                scene,
+                from,
+            ));
+            let of = "pouring that was livelier before";
+            excerpts.push(Excerpt::livelier_before(of, "excerpt-seen", scene, pouring));
+        }
         let rest = excerpts
             .iter()
             .find(|of| of.task.start.stage == Stage::Load);
