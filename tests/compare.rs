@@ -1,7 +1,9 @@
 //! The comparison: agrees where it should, and can fail.
 
 use crossgrain::checks::Outcome;
-use crossgrain::compare::{Comparison, compare, first_difference::Locator};
+use crossgrain::compare::{Comparison, compare, first_difference::Locator, from_runs};
+use crossgrain::run::folder::Moment;
+use grains::scene::TimeStep;
 use verdict::judge::Verdict;
 
 use crate::support::*;
@@ -189,4 +191,68 @@ fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
     let (code, said) = against_toy(&[("\"walls\", \"cases\"]", "\"walls\"]")], true);
     assert_eq!(code, 3, "{said}");
     has(&said, ["Undecided", "cases"]);
+}
+
+/// The tables of both states follow from the grains; each number that does not is found, and what of it is wrong is said.
+#[test]
+fn a_contact_table_that_does_not_follow_from_its_grains_is_found() {
+    let mut scene = small_scene();
+    scene.material.friction_angle = 0.4;
+    scene.material.wall_friction_angle = Some(0.2);
+    scene.time_step = TimeStep::Fraction {
+        of_sqrt_m_over_k: 0.2,
+    };
+    let run = native_run(&scene, sound(), Protocol::Whole);
+    let judged = |run: &RunFolder| {
+        let measured = Some(verdict::envelope::Resolution::DOUBLE);
+        from_runs::contact_tables(run, "a", measured).expect("the punch is known")
+    };
+    assert_eq!(
+        judged(&run).outcome,
+        Outcome::Pass,
+        "{}",
+        judged(&run).found
+    );
+    let changes: [(&str, fn(&mut Moment)); 5] = [
+        ("contacts are missing", |of| {
+            of.contacts.remove(3);
+        }),
+        ("fn is off", |of| {
+            of.contacts
+                .iter_mut()
+                .for_each(|of| of.normal_force *= 1.02);
+        }),
+        ("overlap is off", |of| of.contacts[5].overlap *= 1.001),
+        ("x is off", |of| of.contacts[5].point[0] += 1.0e-6),
+        ("its limit is", |of| {
+            let normal = of.contacts[5].normal_force;
+            of.contacts[5].tangential_force = 0.5 * normal;
+        }),
+    ];
+    for (words, change) in changes {
+        let mut settled = run.clone();
+        change(settled.settled.as_mut().expect("a settled bed"));
+        let mut last = run.clone();
+        change(&mut last.last);
+        for (state, wrong) in [("the settled bed", settled), ("the last state", last)] {
+            let check = judged(&wrong);
+            assert_eq!(check.outcome, Outcome::Fail, "{words} in {state}");
+            has(&check.found, [words, state]);
+        }
+    }
+}
+
+/// A bed that is livelier than its rule allows did not settle, whatever looks its history has.
+#[test]
+fn a_bed_that_settled_too_early_is_found() {
+    let mut scene = small_scene();
+    // No look of the rule is a row of the history.
+    scene.measurement.history_every = 70;
+    let mut run = native_run(&scene, sound(), Protocol::Settled);
+    assert_eq!(from_runs::against_rules(&run), None);
+    let bodies = &mut run.last.bodies;
+    let velocities = bodies.vx.iter_mut().chain(&mut bodies.vz);
+    velocities.for_each(|of| *of *= 3.0);
+    let why = from_runs::against_rules(&run).expect("found");
+    has(&why, ["J left"]);
 }

@@ -424,7 +424,7 @@ impl Replicas {
 }
 
 /// What of a run's end is against the scene's rules, by its own history.
-fn against_rules(run: &RunFolder) -> Option<String> {
+pub fn against_rules(run: &RunFolder) -> Option<String> {
     let (scene, settle) = (&run.scene, &run.scene.settle);
     let ended = |stage, stop| {
         let mut stages = run.record.stages.iter();
@@ -458,7 +458,8 @@ fn against_rules(run: &RunFolder) -> Option<String> {
             ));
         }
     }
-    let settled = ended(Stage::Settle, StopReason::Settled).and(run.settled.as_ref());
+    let settled = ended(Stage::Settle, StopReason::Settled);
+    let settled = settled.map(|_| run.settled.as_ref().unwrap_or(&run.last));
     if let (Some(bed), Some(peak)) = (settled, largest_peak(run)) {
         let left = bed.bodies.kinetic_energy();
         let most = settle.kinetic_energy_fraction * peak;
