@@ -213,7 +213,8 @@ fn a_contact_table_that_does_not_follow_from_its_grains_is_found() {
         "{}",
         judged(&run).found
     );
-    let changes: [(&str, fn(&mut Moment)); 5] = [
+    type Change = fn(&mut Moment);
+    let changes: [(&str, Change); 5] = [
         ("contacts are missing", |of| {
             of.contacts.remove(3);
         }),

@@ -94,7 +94,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
         page,
     } = &*made;
     assert_eq!(*code, 1, "{said}");
-    has(&said, ["WORSE than main"]);
+    has(said, ["WORSE than main"]);
     let failed = failures(folder);
     let bits = "compare/sorted-recorded/bits-along-the-way";
     for id in [bits, "compare/made"] {
