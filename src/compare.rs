@@ -369,8 +369,13 @@ fn expect_rounding(
                 comparison.missing(&id, &what, &why);
             }
         }
-        let tables = from_runs::contact_tables(run, &lower, measured);
-        comparison.checks.extend(tables);
+        match from_runs::contact_tables(run, &lower, measured) {
+            Ok(check) => comparison.checks.push(check),
+            Err(why) => {
+                let what = format!("{name}'s contact tables");
+                comparison.missing(&format!("contacts-{lower}"), &what, &why);
+            }
+        }
         if locator.is_none() {
             continue;
         }

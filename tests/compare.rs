@@ -230,6 +230,11 @@ fn a_contact_table_that_does_not_follow_from_its_grains_is_found() {
             of.contacts[5].tangential_force = 0.5 * normal;
         }),
     ];
+    // What cannot be looked at is no agreement.
+    let mut without = run.clone();
+    without.settled = None;
+    let why = from_runs::contact_tables(&without, "a", None).expect_err("the punch is nowhere");
+    has(&why, ["where the punch is"]);
     for (words, change) in changes {
         let mut settled = run.clone();
         change(settled.settled.as_mut().expect("a settled bed"));

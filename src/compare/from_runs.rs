@@ -146,14 +146,20 @@ fn case_of(scene: &Scene, name: &str, stage: Stage, bodies: &Bodies, punch: Opti
     }
 }
 
-/// Whether the contact tables of a run's states follow from its grains. Without a measured resolution numbers that single precision
-/// explains decide nothing.
-pub fn contact_tables(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Option<Check> {
+/// Whether the contact tables of a run's states follow from its grains; the id of the check ends in this. Without a measured resolution
+/// numbers that single precision explains decide nothing. An error where the tables cannot be made anew.
+pub fn contact_tables(
+    run: &RunFolder,
+    id: &str,
+    measured: Option<Resolution>,
+) -> Result<Check, String> {
     let has_loading = run.record.stages.iter().any(|of| of.stage == Stage::Load);
     let punch = punch_at_end(run);
-    // Without the settled bed nobody knows where the punch is; while springs are soft they are not the scene's.
-    if run.record.softened.is_some() || has_loading && punch.is_none() {
-        return None;
+    if run.record.softened.is_some() {
+        return Err("it was poured with softer springs than the scene's".to_owned());
+    }
+    if has_loading && punch.is_none() {
+        return Err("without its settled bed nobody knows where the punch is".to_owned());
     }
     let stage = punch.map_or(Stage::Settle, |_| Stage::Load);
     let settled = run.settled.iter();
@@ -165,30 +171,23 @@ pub fn contact_tables(run: &RunFolder, id: &str, measured: Option<Resolution>) -
         let places = moment.bodies.x.iter().chain(&moment.bodies.z);
         let extent = places.fold(0.0, |most: f64, of| most.max(of.abs()));
         let wrong = |of: Resolution| {
-            let found = contacts::contradiction(&case, &moment.contacts, of.length(extent));
-            found.unwrap_or_else(|error| Some(error.to_string()))
+            contacts::contradiction(&case, &moment.contacts, of.length(extent))
+                .map_err(|error| error.to_string())
         };
-        let resolution = measured.unwrap_or(Resolution::DOUBLE);
-        let Some(why) = wrong(resolution) else {
+        let Some(why) = wrong(measured.unwrap_or(Resolution::DOUBLE))? else {
             continue;
         };
-        let is_open = measured.is_none() && wrong(Resolution::SINGLE).is_none();
-        decided = (
-            if is_open {
-                Outcome::Skipped
-            } else {
-                Outcome::Fail
-            },
-            format!("in {name} {why}"),
-        );
-        if !is_open {
+        let why = format!("in {name} {why}");
+        if measured.is_some() || wrong(Resolution::SINGLE)?.is_some() {
+            decided = (Outcome::Fail, why);
             break;
         }
+        decided = (Outcome::Skipped, why);
     }
     let (outcome, found) = decided;
     let what = format!("{}'s contact tables", id.to_uppercase());
     let check = Check::of_words(format!("contacts-{id}"), &what, outcome, &found);
-    Some(check.required().judged_by(
+    Ok(check.required().judged_by(
         "pairs, overlaps, normals, points and normal forces of springs made anew from the grains that were written; tangential forces by \
          their limit",
         "rounding of lengths in the engine's precision",
