@@ -24,6 +24,8 @@ use crate::support::*;
 const GRAINS: u32 = 600;
 
 const NOT_RUN: &str = "not run";
+/// What a wrong engine writes of its scene is what the right one writes.
+const RIGHT_THERE: &str = "right there";
 
 #[derive(Deserialize)]
 struct Stranger {
@@ -73,6 +75,7 @@ fn program(folder: &Path, of: &Stranger) -> PathBuf {
     if of.switch.is_empty() {
         return built.join("engine");
     }
+    // The right engine is beside it.
     let link = built.join(format!("engine--{}", of.switch));
     if !link.exists() {
         fs::copy(built.join("engine"), &link).expect("a copy");
@@ -105,6 +108,7 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
     let key = |of: &Stranger, name: &str| format!("{name} {:?}", of.protocol());
     let mut of_scenes: BTreeMap<String, Beds> = BTreeMap::new();
     let mut natives: BTreeMap<String, RunFolder> = BTreeMap::new();
+    let mut rights: BTreeMap<String, RunFolder> = BTreeMap::new();
     let chosen = |of: &Stranger| {
         let kind = if of.right { "right" } else { "wrong" };
         only.as_ref()
@@ -118,6 +122,11 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
         let Some(name) = &of.scene else { continue };
         let native = || run(of, name, Engine::Native(sound())).expect("a run");
         natives.entry(key(of, name)).or_insert_with(native);
+        if !of.right {
+            let right = program(folder, of).with_file_name("engine");
+            let right = || run(of, name, Engine::Exec(Options::new(right))).expect("a run");
+            rights.entry(key(of, name)).or_insert_with(right);
+        }
         if !of.right && !of.shows_in("cases") {
             let states = || states_of(&scene_of(name)).expect("states");
             let beds = || Beds::from(states().without_causes());
@@ -127,15 +136,16 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
     let judged = in_parallel(strangers.len(), |at| {
         let of = &strangers[at];
         let options = Options::new(program(folder, of));
-        // A verdict of compare is about its scene: an engine that is right there may be agreed with.
-        let scene = of
-            .scene
-            .as_ref()
-            .filter(|_| of.right || of.shows_in("scene"));
-        let compared = scene.map_or(NOT_RUN, |name| {
+        let compared = of.scene.as_ref().map_or(NOT_RUN, |name| {
             let Ok(theirs) = run(of, name, Engine::Exec(options.clone())) else {
                 return "engine failed";
             };
+            // A verdict of compare is about what was run.
+            let all = |of: &RunFolder| (of.settled.clone(), of.last.clone(), of.history.clone());
+            let right = rights.get(&key(of, name)).filter(|_| !of.right);
+            if right.is_some_and(|right| all(right) == all(&theirs)) {
+                return RIGHT_THERE;
+            }
             let locator = Locator {
                 programs: vec![options.clone()],
                 ..Locator::default()
