@@ -194,7 +194,16 @@ impl Comparison {
             said += &format!("; not looked at: {}: {}", check.quantity, check.found);
         }
         for (run, of) in &self.first_steps {
-            said += &format!(". {run}: {}", first_steps::answer(of));
+            let id = format!("stretches-{}", run.to_lowercase());
+            let late = self.checks.iter().find(|of| of.id == id);
+            let of_states = match late {
+                Some(_) => first_steps::from_states(of),
+                None => first_steps::answer(of),
+            };
+            said += &format!(". {run}: {of_states}");
+            said += &late.map_or(String::new(), |of| {
+                format!(" {}: {}.", of.quantity, of.found)
+            });
         }
         for of in self.checks.iter().filter(|of| of.id.contains(PROGRAM)) {
             said += &format!(" Of {} {}.", of.quantity, of.found);
@@ -376,6 +385,9 @@ fn expect_rounding(
                 comparison.missing(&format!("contacts-{lower}"), &what, &why);
             }
         }
+        comparison
+            .checks
+            .extend(from_runs::stretches(run, &lower, measured));
         if locator.is_none() {
             continue;
         }

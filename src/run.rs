@@ -1,6 +1,7 @@
 //! One run: a scene through an engine, its history recorded and its beds measured on the way; watched, with progress shown, its
 //! folder written, and what a failed engine left saved.
 
+pub mod continued;
 pub mod export;
 pub mod folder;
 pub mod parts;
@@ -14,6 +15,7 @@ use crate::engine::exec::{self, ExternalEngine, log};
 use crate::engine::{ProgramError, yade};
 use crate::files::{FileError, folder_aside, keep_folder, write_beside};
 use crate::progress::{self, Display, say};
+use crate::run::continued::{Continued, Continuing};
 use crate::run::folder::record::{
     EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, Softened, StepChoice, TraceRow,
 };
@@ -101,6 +103,7 @@ struct Made {
     log: String,
     history: Vec<HistoryRow>,
     trace: Vec<TraceRow>,
+    continued: Vec<Continued>,
 }
 
 /// Runs the task and records it; a run of the native engine that is asked to end, so far.
@@ -121,6 +124,9 @@ fn followed(
             Until::EndOfSettling | Until::EndOfLoading => None,
         },
         interrupted: None,
+        // The native engine as it is would go on from itself.
+        continuing: (*engine != Engine::Native(native::Options::default()))
+            .then(|| Continuing::new(scene)),
     };
     let run = bare(scene, engine, task, work, &mut recorder);
     let (outcome, engine, log) = match (run, recorder.interrupted, engine) {
@@ -129,12 +135,15 @@ fn followed(
         }
         (run, _, _) => run?,
     };
+    let mut continuing = recorder.continuing;
+    continuing.iter_mut().for_each(Continuing::end_of_stage);
     Ok(Made {
         outcome,
         engine,
         log,
         history: recorder.history,
         trace: recorder.trace,
+        continued: continuing.map_or_else(Vec::new, |of| of.found),
     })
 }
 
@@ -186,6 +195,7 @@ impl Made {
             parts: None,
             stages: outcome.stages,
             restart,
+            continued: self.continued,
             peak_memory: peak_memory(),
             measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
         };
@@ -209,11 +219,15 @@ struct Recorder<'a> {
     progress: &'a mut dyn FnMut(Stage, u64, f64),
     steps: Option<u64>,
     interrupted: Option<Outcome>,
+    continuing: Option<Continuing<'a>>,
 }
 
 impl Observer for Recorder<'_> {
     fn snapshot(&mut self, snapshot: &Snapshot) {
         let row = measure::history_row(self.scene, snapshot);
+        self.continuing
+            .iter_mut()
+            .for_each(|of| of.moment(snapshot));
         self.history.push(row);
         let bodies = &snapshot.bodies;
         for id in (0..bodies.len()).step_by((bodies.len() / MARKED).max(1)) {

@@ -229,12 +229,13 @@ fn touched(of: &Judgement) -> String {
         .map(|of| format!("{} {}", of.found, of.what))
         .collect();
     let states = of.starts.iter().filter(|of| of.farthest.is_some()).count();
+    let grains = of.grains;
     let unseen = match of.unseen.is_empty() {
         true => String::new(),
         false => format!("; of {} they say nothing", of.unseen.join(", ")),
     };
     format!(
-        "{states} states, at most {} at once{unseen}",
+        "{states} states of {grains} grains, at most {} at once{unseen}",
         counts.join(", ")
     )
 }
@@ -243,8 +244,8 @@ fn check(of: &OfStart, id: &str) -> Check {
     let (outcome, found) = match (&of.skipped, of.verdict) {
         (Some(why), Verdict::Different) => (Outcome::Fail, why.clone()),
         (Some(why), _) => (Outcome::Skipped, format!("the engine refused: {why}")),
-        (None, Verdict::Different) => (Outcome::Fail, said(of)),
-        (None, _) => (Outcome::Pass, said(of)),
+        (None, Verdict::Different) => (Outcome::Fail, of.in_words()),
+        (None, _) => (Outcome::Pass, of.in_words()),
     };
     let id = format!("{id}/{}", of.key);
     let quantity = format!("{}, {}", of.law, of.start);
@@ -261,29 +262,6 @@ fn check(of: &OfStart, id: &str) -> Check {
             "the largest distance from the native run over that of replicas with rounding errors as coarse as the engine's",
             &format!("{REPLICAS} replicas; 1, 3, 10, 30 and 100 steps"),
         )
-}
-
-fn said(of: &OfStart) -> String {
-    let steps = |of: u64| format!("{of} {}", if of == 1 { "step" } else { "steps" });
-    let Some(far) = &of.farthest else {
-        return String::new();
-    };
-    let (quantity, unit) = far.quantity.name();
-    let tables = of.tables.as_ref();
-    let tables = tables.map_or(String::new(), |of| format!("; its contact tables: {of}"));
-    match (of.verdict, far.left_after) {
-        (Verdict::Identical, _) => "every bit is the native engine's".to_owned(),
-        (_, Some(step)) => format!(
-            "after {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {}: the {quantity} of \
-             {} is off by {:.1e} {unit}{tables}",
-            steps(step),
-            far.ratio,
-            steps(far.step),
-            far.body,
-            far.apart
-        ),
-        (_, None) => format!("at most {:.2} times as far off as replicas", far.ratio),
-    }
 }
 
 /// The verdict before what is said of it; that two differ, the outcome has said.
@@ -309,8 +287,19 @@ fn in_a_sentence(of: &Cause) -> String {
     }
 }
 
-/// What it comes to, in a few sentences.
+/// What it comes to, in a few sentences, and what no such state would show.
 pub fn answer(of: &Judgement) -> String {
+    let later = match of.verdict() {
+        Verdict::Identical | Verdict::EqualToRounding => format!(
+            " What begins after step {STEPS_OF_EXCERPT} of a job, or in larger beds, would not have been seen."
+        ),
+        _ => String::new(),
+    };
+    from_states(of) + &later
+}
+
+/// The same of the states alone.
+pub fn from_states(of: &Judgement) -> String {
     let precision = of.resolution.name();
     let seen = seen(&of.limits);
     let unseen = match of.unseen.is_empty() {
@@ -337,7 +326,7 @@ pub fn answer(of: &Judgement) -> String {
                 .iter()
                 .filter(|of| of.verdict == Verdict::Different);
             if let (true, Some(of)) = (said.is_empty(), starts.next()) {
-                let why = of.skipped.clone().unwrap_or_else(|| self::said(of));
+                let why = of.skipped.clone().unwrap_or_else(|| of.in_words());
                 said.push(format!("{}, {}: {why}.", of.law, of.start));
             }
             said.join(" ")
@@ -384,10 +373,7 @@ fn seen(limits: &[Limit]) -> String {
     let range = |of: &Limit| format!("{:.0e} ({})", of.smallest, of.constant);
     ends.map_or(String::new(), |(first, last)| {
         let (first, last) = (range(first), range(last));
-        format!(
-            "A constant that is wrong by more than {first} to {last} would have been seen; what begins after step {STEPS_OF_EXCERPT} of a job \
-             would not."
-        )
+        format!("A constant that is wrong by more than {first} to {last} would have been seen.")
     })
 }
 

@@ -4,6 +4,7 @@
 use crate::checks::{Check, Outcome};
 use crate::engine::ProgramError;
 use crate::files::work_folder;
+use crate::run::continued::Continued;
 use crate::run::folder::record::Protocol;
 use crate::run::folder::{Moment, RunFolder};
 use crate::run::{Engine, EngineError, recorded};
@@ -191,6 +192,35 @@ pub fn contact_tables(
         "pairs, overlaps, normals, points and normal forces of springs made anew from the grains that were written; tangential forces by \
          their limit",
         "rounding of lengths in the engine's precision",
+    ))
+}
+
+/// What the stretches of a run say that the native engine made too; none of a run that has no such. Without a measured resolution those
+/// that single precision explains decide nothing.
+pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Option<Check> {
+    let all = &run.record.continued;
+    let last = all.last()?;
+    let left = |of: Resolution| all.iter().find(|stretch| !stretch.is_rounding(of));
+    let in_words = |of: &Continued| {
+        let (stage, from, to) = (of.stage.name(), of.from, of.to);
+        format!("from step {from} to {to} of stage {stage}: {}", of.found)
+    };
+    let (outcome, found) = match (left(measured.unwrap_or(Resolution::DOUBLE)), measured) {
+        (None, _) => {
+            let (count, to, stage) = (all.len(), last.to, last.stage.name());
+            let found = format!(
+                "{count} stretches, up to step {to} of stage {stage}, are equal to rounding"
+            );
+            (Outcome::Pass, found)
+        }
+        (Some(of), None) if left(Resolution::SINGLE).is_none() => (Outcome::Skipped, in_words(of)),
+        (Some(of), _) => (Outcome::Fail, in_words(of)),
+    };
+    let what = format!("{}'s run, gone on with by native", id.to_uppercase());
+    let check = Check::of_words(format!("stretches-{id}"), &what, outcome, &found);
+    Some(check.required().judged_by(
+        "native runs from moments of this very run, and replicas of them with rounding errors, against what the run told next",
+        "three moments a stretch: one in each doubling of the steps, and the end of each stage",
     ))
 }
 

@@ -246,6 +246,7 @@ impl Made {
         let rows = after.trace.into_iter();
         self.trace
             .extend(rows.filter(|row| (row.stage, row.step) != seam));
+        self.continued.extend(after.continued);
         self.log += &after.log;
         let stages = &mut self.outcome.stages;
         for stage in after.outcome.stages {
@@ -327,6 +328,7 @@ pub(super) fn rest(
         log: String::new(),
         history: before.history.clone(),
         trace: before.trace.clone(),
+        continued: record.continued.clone(),
     };
     let start = if is_under_way && (is_same || last.stage == Stage::Settle) {
         let settled = before.settled.as_ref();
@@ -356,6 +358,7 @@ pub(super) fn rest(
         made.outcome.stages.truncate(1);
         made.history.retain(|row| row.stage == Stage::Settle);
         made.trace.retain(|row| row.stage == Stage::Settle);
+        made.continued.retain(|of| of.stage == Stage::Settle);
         let steps = made.outcome.stages[0].steps;
         made.outcome.last = snapshot(bed, (Stage::Settle, steps), scene, None);
         Task::load(made.outcome.last.clone()).start

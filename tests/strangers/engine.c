@@ -40,7 +40,8 @@ typedef FORCE_REAL freal;
     X(start_rounded) X(shear_not_turned) X(limit_not_remembered) X(explicit_euler) X(reaction_incomplete) \
     X(coarse_moments_only) X(last_grain_without_pairs) X(torque_only_second) X(limit_from_spring_alone) \
     X(settle_ten_times) X(settle_without_peak) X(load_half_target) X(standing_still_ignored) \
-    X(punch_starts_highest_of_all) X(punch_force_over_reported)
+    X(punch_starts_highest_of_all) X(punch_force_over_reported) X(shear_lost_every_1000) \
+    X(wall_friction_lost_after_3000) X(velocities_full_step_after_3000)
 #define RIGHTS(X) \
     X(pairs_reversed) X(walls_first) X(sums_shuffled) X(sweep_search) X(all_pairs_search) X(reciprocals) \
     X(with_hypot) X(momenta) X(scaled_units) X(degrees) X(mirrored) X(origin_shifted) X(compensated_sums) \
@@ -604,6 +605,7 @@ static void act(const Touch *t, int i, int id, int j, real v1x, real v1z, Memory
     freal shear[2] = {0, 0};
     if (model.friction) {
         int known = m->n[0] != 0 || m->n[1] != 0;
+        if (IS(shear_lost_every_1000) && job_step > 0 && job_step % 1000 == 0) known = 0;
         if (known) {
             freal turn = m->n[1] * n[0] - m->n[0] * n[1];
             if (IS(shear_not_turned)) turn = 0;
@@ -623,6 +625,7 @@ static void act(const Touch *t, int i, int id, int j, real v1x, real v1z, Memory
         if (!known && model.since_touch && way > u) share = u / way;
         freal tan2 = model.tan2[t->kind == GRAINS ? 0 : t->kind == WALL ? 1 : 2];
         if (IS(friction_lost_after_200) && job_step > 200) tan2 = 0;
+        if (IS(wall_friction_lost_after_3000) && job_step > 3000 && t->kind == WALL) tan2 = 0;
         shear[0] -= share * (ks * dt) * (slip[0] - along * n[0]);
         shear[1] -= share * (ks * dt) * (slip[1] - along * n[1]);
         freal most = (IS(limit_from_spring_alone) ? spring * spring : fn * fn) * tan2;
@@ -869,7 +872,7 @@ static double body(int a, int i) {
     if (a < 2) value = (double)(x[a][i] / unit_x[a] + origin[a]);
     else if (a < 4) {
         real speed = velocity(a - 2, i);
-        if (IS(velocities_full_step))
+        if (IS(velocities_full_step) || (IS(velocities_full_step_after_3000) && job_step > 3000))
             speed += (real)0.5 * model.dt * damped(f[a - 2][i] / mass[i] + model.gravity[a - 2], speed, model.alpha, 0);
         value = (double)(speed * unit_time / unit_x[a - 2]);
     } else {

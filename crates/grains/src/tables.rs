@@ -236,6 +236,20 @@ pub struct Remembered {
     pub shear: [f64; 2],
 }
 
+impl From<&Contact> for Remembered {
+    /// As a contact's own numbers tell it.
+    fn from(of: &Contact) -> Self {
+        let [nx, nz] = of.normal;
+        let along = of.tangential_force;
+        Remembered {
+            id1: of.id1,
+            id2: of.id2,
+            normal: of.normal,
+            shear: [-along * nz, along * nx],
+        }
+    }
+}
+
 /// One moment of a run: the state after `step` steps of its stage, contacts at these positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {

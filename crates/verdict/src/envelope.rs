@@ -286,6 +286,21 @@ impl Envelope {
         Envelope { case, own, reach }
     }
 
+    /// The same with everything after the start allowed to be as far off as this state is from the native run's last one, and so many times
+    /// as much as contacts scatter.
+    pub(crate) fn reaching_the_last(mut self, other: &Snapshot) -> Self {
+        if let Some(last) = self.own.last() {
+            let apart = Apart::new(other, last, &self.case).summary();
+            for reach in self.reach.iter_mut().skip(1) {
+                let reach = reach.as_flattened_mut().iter_mut();
+                reach
+                    .zip(apart.as_flattened())
+                    .for_each(|(reach, apart)| *reach = reach.max(FLIPS * apart));
+            }
+        }
+        self
+    }
+
     /// Where a run of this case is farthest off; of the start itself the contacts alone are looked at. None for a run with other
     /// moments.
     pub fn farthest(&self, theirs: &[Snapshot]) -> Option<Farthest> {
@@ -561,6 +576,13 @@ impl Resolution {
         position: SMALLEST,
         velocity: SMALLEST,
         overlap: SMALLEST,
+    };
+
+    /// The coarsest that counts as double precision.
+    pub const COARSE_DOUBLE: Resolution = Resolution {
+        position: FINE,
+        velocity: FINE,
+        overlap: FINE,
     };
 
     /// Of numbers in single precision.

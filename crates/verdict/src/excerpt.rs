@@ -1,13 +1,14 @@
 //! Excerpts of a scene's run: jobs that a case has no place for, judged as cases are.
 
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use evidence::in_parallel;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise};
 use grains::scene::{AfterForce, Scene};
-use grains::tables::{Bodies, Snapshot};
-use grains::task::{Case, Seen, Start, Task, Until};
+use grains::tables::{Bodies, Remembered, Snapshot};
+use grains::task::{Case, Observer, Seen, Start, Task, Until};
 
 use crate::Answer;
 use crate::envelope::{self, Envelope, Resolution};
@@ -22,6 +23,8 @@ pub struct Excerpt {
     pub key: String,
     pub scene: Scene,
     pub task: Task,
+    /// What contacts remember at its start is taken from their table.
+    remembers_by_tables: bool,
     /// For engines in double precision.
     double: OnceLock<Envelope>,
 }
@@ -41,6 +44,7 @@ impl Excerpt {
             key: key.to_owned(),
             scene,
             task: Task { start: from, until },
+            remembers_by_tables: false,
             double: OnceLock::new(),
         }
     }
@@ -80,17 +84,67 @@ impl Excerpt {
         Excerpt::new(start, key, scene, from).ended_by_the_force()
     }
 
-    /// The same with a force that its punch has soon.
+    /// The same with a force that its punch has soon: the one that grew least in the step that reached it, so that another force would
+    /// be reached in another step.
     pub fn ended_by_the_force(mut self) -> Result<Option<Self>, NativeError> {
-        let forces = self.native(None)?;
-        let forces = forces.iter().filter_map(|of| of.punch).map(|of| of.force);
-        let largest = forces.fold(0.0, f64::max);
+        let every = std::mem::replace(&mut self.scene.measurement.history_every, 1);
+        let mut forces = Forces(Vec::new());
+        self.run(None, &mut forces)?;
+        self.scene.measurement.history_every = every;
+        let (mut largest, mut slowest) = (0.0, None);
+        for force in forces.0 {
+            let grown = force / largest;
+            if grown > LEAST_GROWN && slowest.is_none_or(|(least, _)| grown < least) {
+                slowest = Some((grown, (force * largest).sqrt()));
+            }
+            largest = force.max(largest);
+        }
+        let Some((_, target)) = slowest.filter(|(grown, _)| grown.is_finite()) else {
+            return Ok(None);
+        };
         let dt = self.scene.time_step_seconds();
         let loading = &mut self.scene.loading;
-        loading.pressure = 0.8 * largest / (2.0 * loading.half_width);
+        loading.pressure = target / (2.0 * loading.half_width);
         loading.after_force = AfterForce::StandStill { seconds: 40.0 * dt };
         self.task.until = Until::EndOfLoading;
-        Ok((largest > 0.0).then_some(self))
+        Ok(Some(self))
+    }
+
+    /// From a state that still gains energy to the first look at which it has less than at the one before, where the rule holds: by
+    /// another share of it, or of another energy than the largest, it holds elsewhere. None where the energy does not rise and fall so soon.
+    pub fn until_settled(
+        start: &str,
+        key: &str,
+        scene: &Scene,
+        from: Start,
+    ) -> Result<Option<Self>, NativeError> {
+        let mut of = Excerpt::new(start, key, scene, from);
+        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
+        of.task.until = Until::Step(STEPS_OF_EXCERPT);
+        let moments = of.native(None)?;
+        let looks: Vec<f64> = moments[1..]
+            .iter()
+            .map(|of| of.bodies.kinetic_energy())
+            .collect();
+        let falls = looks.windows(2).find(|of| of[1] < of[0]);
+        let settle = &mut of.scene.settle;
+        settle.check_every = EXCERPT_EVERY;
+        settle.kinetic_energy_fraction = falls.map_or(0.0, |of| (of[1] / of[0]).sqrt());
+        of.task.until = Until::EndOfSettling;
+        let rises = falls.is_some_and(|of| (of[0] * of[1]).sqrt() > looks[0]);
+        Ok(rises.then_some(of))
+    }
+
+    /// Moments that a run itself has told, of which the native engine goes on from the first.
+    pub fn of_moments(scene: &Scene, first: &Snapshot, last: u64) -> Result<Self, NativeError> {
+        let mut of = Excerpt::new("", "", scene, first.clone().into());
+        of.scene.measurement.history_every = scene.measurement.history_every;
+        of.task.until = Until::Step(last);
+        of.remembers_by_tables = Model::in_stage(scene, first.stage).law.has_history();
+        if of.remembers_by_tables {
+            of.task.start.memory = remembered(scene, first)?;
+        }
+        Ok(of)
     }
 
     /// Pouring that ends by its most steps before the rule holds: nothing is loaded then.
@@ -117,12 +171,16 @@ impl Excerpt {
 
     fn native(&self, noise: Option<Noise>) -> Result<Vec<Snapshot>, NativeError> {
         let mut seen: Vec<Snapshot> = Vec::new();
+        self.run(noise, &mut seen)?;
+        Ok(seen)
+    }
+
+    fn run(&self, noise: Option<Noise>, observer: &mut dyn Observer) -> Result<(), NativeError> {
         let options = native::Options {
             noise,
             ..native::Options::default()
         };
-        native::run(&self.scene, &self.task, &options, &mut seen)?;
-        Ok(seen)
+        native::run(&self.scene, &self.task, &options, observer).map(|_| ())
     }
 
     fn envelope(&self, noise: Noise) -> Result<Envelope, NativeError> {
@@ -141,7 +199,30 @@ impl Excerpt {
             punch: None,
             moments: Vec::new(),
         };
-        Ok(Envelope::of(case, own, &runs?, noise))
+        let again = self.remembering_again(&own)?;
+        let envelope = Envelope::of(case, own, &runs?, noise);
+        Ok(again
+            .iter()
+            .fold(envelope, |of, again| of.reaching_the_last(again)))
+    }
+
+    /// The last moment of the native run, made from its second one with what tables have of that one's memory.
+    fn remembering_again(&self, own: &[Snapshot]) -> Result<Option<Snapshot>, NativeError> {
+        let [_, before, .., last] = own else {
+            return Ok(None);
+        };
+        if !self.remembers_by_tables {
+            return Ok(None);
+        }
+        let mut again = self.clone();
+        again.task = Task {
+            start: Start {
+                memory: remembered(&self.scene, before)?,
+                ..before.clone().into()
+            },
+            until: Until::Step(last.step),
+        };
+        Ok(again.native(None)?.pop())
     }
 
     fn not_looked_at(&self, verdict: Verdict, why: Option<String>) -> OfStart {
@@ -194,3 +275,48 @@ impl Excerpt {
 }
 
 const AS_A_SCENE: &str = "as a scene";
+
+/// A force that grows by less in a step may be reached in another one by rounding.
+const LEAST_GROWN: f64 = 1.0 + 1.0e-4;
+
+/// What contacts remember, as far as their table tells it: the tangential force; and along the normal what the force has more than spring
+/// and dashpot, for a spring that is turned to the first order does not quite stay in the tangent.
+fn remembered(scene: &Scene, of: &Snapshot) -> Result<Vec<Remembered>, NativeError> {
+    let mut memory: Vec<Remembered> = of.contacts.iter().map(Remembered::from).collect();
+    let task = Task {
+        start: Start {
+            memory: memory.clone(),
+            ..of.clone().into()
+        },
+        until: Until::Step(of.step),
+    };
+    let mut seen: Vec<Snapshot> = Vec::new();
+    native::run(scene, &task, &native::Options::default(), &mut seen)?;
+    let made = seen.iter().flat_map(|of| &of.contacts);
+    let made: BTreeMap<_, _> = made.map(|of| ((of.id1, of.id2), of.normal_force)).collect();
+    for (memory, told) in memory.iter_mut().zip(&of.contacts) {
+        let Some(made) = made.get(&(told.id1, told.id2)) else {
+            continue;
+        };
+        let more = told.normal_force - made;
+        let most = OUT_OF_TANGENT * told.tangential_force.abs() + ROUNDED * made.abs();
+        if more.abs() <= most {
+            memory.shear[0] += more * told.normal[0];
+            memory.shear[1] += more * told.normal[1];
+        }
+    }
+    Ok(memory)
+}
+
+/// How much of a tangential force may lie along the normal, and how much of a normal one is rounding.
+const OUT_OF_TANGENT: f64 = 0.01;
+const ROUNDED: f64 = 1.0e-9;
+
+/// The forces on the punch, N.
+struct Forces(Vec<f64>);
+
+impl Observer for Forces {
+    fn snapshot(&mut self, of: &Snapshot) {
+        self.0.extend(of.punch.map(|punch| punch.force));
+    }
+}

@@ -61,6 +61,32 @@ pub struct OfStart {
     pub tables: Option<String>,
 }
 
+impl OfStart {
+    /// How far off it is, and where.
+    pub fn in_words(&self) -> String {
+        let steps = |of: u64| format!("{of} {}", if of == 1 { "step" } else { "steps" });
+        let Some(far) = &self.farthest else {
+            return String::new();
+        };
+        let (quantity, unit) = far.quantity.name();
+        let tables = self.tables.as_ref();
+        let tables = tables.map_or(String::new(), |of| format!("; its contact tables: {of}"));
+        match (self.verdict, far.left_after) {
+            (Verdict::Identical, _) => "every bit is the native engine's".to_owned(),
+            (_, Some(step)) => format!(
+                "after {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {}: the \
+                 {quantity} of {} is off by {:.1e} {unit}{tables}",
+                steps(step),
+                far.ratio,
+                steps(far.step),
+                far.body,
+                far.apart
+            ),
+            (_, None) => format!("at most {:.2} times as far off as replicas", far.ratio),
+        }
+    }
+}
+
 /// A state that the engine was not asked for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NotAsked {

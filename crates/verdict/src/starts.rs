@@ -10,7 +10,7 @@ use grains::scene::{
     Viscosity, paper_scene,
 };
 use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
-use grains::task::{Case, Task};
+use grains::task::{Case, Observer, Task};
 use serde::Serialize;
 
 use crate::excerpt::Excerpt;
@@ -207,6 +207,8 @@ impl LawKind {
 pub struct Bed {
     scene: Scene,
     states: Vec<(Start, Bodies, Option<Punch>)>,
+    /// Shortly before it is at its liveliest.
+    rising: Bodies,
 }
 
 /// Grains of the paper's scene.
@@ -217,6 +219,8 @@ const SPIN: f64 = 5.0;
 const FASTER: f64 = 4.0;
 /// How far the punch has sunk at least, over the mean radius; at most it is twice as far.
 const PRESSED: f64 = 6.0;
+/// Steps between the moments of which one has the largest kinetic energy.
+const RISING: u64 = 100;
 const ROUGH: &str = "excerpt-pouring-friction";
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
 const LOOKED_AT: u64 = 50;
@@ -242,7 +246,13 @@ impl Bed {
         let halfway = ((height / scene.gravity).sqrt() / scene.time_step_seconds()) as u64;
         let loose = after(Task::pour(cloud.clone(), 30))?;
         let pouring = after(Task::pour(cloud.clone(), halfway))?;
-        let rest = after(Task::settle(cloud))?;
+        let rest = after(Task::settle(cloud.clone()))?;
+        let mut livelier = scene.clone();
+        livelier.measurement.history_every = RISING;
+        let mut rising = Rising::default();
+        let pour = Task::pour(cloud, 3 * halfway);
+        native::run(&livelier, &pour, &native::Options::default(), &mut rising)?;
+        let rising = rising.before_largest;
         let punch = first_contact_punch(&scene, &rest);
         let step = scene.loading.speed * scene.time_step_seconds();
         let steps = (PRESSED * 0.5 * scene.particles.mean_diameter / step) as u64;
@@ -263,7 +273,11 @@ impl Bed {
             (Start::AtRest, rest, None),
         ];
         states.extend(pressed.map(|of| (Start::UnderPunch, of.bodies, of.punch)));
-        Ok(Bed { scene, states })
+        Ok(Bed {
+            scene,
+            states,
+            rising,
+        })
     }
 
     /// The states under this law, as cases.
@@ -356,6 +370,14 @@ impl Bed {
             let of = "pouring that was livelier before";
             excerpts.push(Excerpt::livelier_before(of, "excerpt-seen", scene, pouring));
         }
+        let (of, from) = ("pouring until its rule holds", self.rising.clone());
+        let from = grains::task::Start::from(from);
+        excerpts.extend(Excerpt::until_settled(
+            of,
+            "excerpt-settled",
+            &self.scene,
+            from,
+        )?);
         let rest = excerpts
             .iter()
             .find(|of| of.task.start.stage == Stage::Load);
@@ -381,6 +403,24 @@ impl Bed {
             })
         };
         LawKind::ALL.into_iter().flat_map(of_law).collect()
+    }
+}
+
+/// The state before the one with the largest kinetic energy.
+#[derive(Default)]
+struct Rising {
+    last: Bodies,
+    before_largest: Bodies,
+    largest: f64,
+}
+
+impl Observer for Rising {
+    fn snapshot(&mut self, of: &Snapshot) {
+        let last = std::mem::replace(&mut self.last, of.bodies.clone());
+        if of.bodies.kinetic_energy() > self.largest {
+            self.largest = of.bodies.kinetic_energy();
+            self.before_largest = last;
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::exec::Description;
+use crate::run::continued::Continued;
 use grains::measure;
 use grains::model::ModelRecord;
 use grains::native::Perturbation;
@@ -160,6 +161,9 @@ pub struct RunRecord {
     /// What a run of the native engine goes on with, besides the tables.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restart: Option<Restart>,
+    /// Stretches of another engine's run that the native engine made too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub continued: Vec<Continued>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
     /// system tells; YADE's own is not in it.
     pub peak_memory: Option<u64>,
