@@ -28,6 +28,11 @@ const SPEEDS: [f64; 4] = [0.08, 0.04, 0.02, 0.01];
 const ALL: usize = SPEEDS.len();
 /// Of beds without friction or whose grains do not turn.
 const FEW: usize = 3;
+/// What a slow punch meets on beds at rest: friction angles of loading, rad; twice this speed, then this, m/s.
+const ANGLES: [f64; 7] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.6];
+const SLOW: f64 = 0.02;
+/// Axis of those settings, placed by angle and speed.
+const BEARING: &str = "friction in loading under a slow punch";
 /// Of B, m: a smaller scene has its points nearer.
 const PAPER_FARTHEST: f64 = 0.15;
 /// Distances from the punch's axis at the control points' depth, m.
@@ -52,19 +57,12 @@ pub struct Ladder {
 }
 
 impl Plan {
-    /// The printed scene, the way to its quasi-static limit, and the best settings of a search.
+    /// Our default, the way to its quasi-static limit, and the best settings of a search.
     pub fn new(quick: bool, clouds: u64, found: Option<&Search>, best: usize) -> Self {
         let printed = with_lines(space::printed(quick));
         let base = with_lines(space::base(quick));
         let setting = |id: &str, name: &str, scene: Scene| {
             Setting::new(id, name, "candidates", Specification::native(scene), clouds)
-        };
-        let with_friction = |mut scene: Scene| {
-            scene.loading.material = Some(grains::scene::Material {
-                friction_angle: FRICTION,
-                ..scene.material.clone()
-            });
-            scene
         };
         let without_turning = |mut scene: Scene| {
             scene.loading.contact = Some(ContactLaw {
@@ -73,7 +71,7 @@ impl Plan {
             });
             scene
         };
-        let frictional = with_friction(base.clone());
+        let frictional = with_friction(base.clone(), FRICTION);
         let stiff = without_turning(frictional.clone());
         let poured = changed(base.clone(), &[Friction(FRICTION)]);
         let name = format!("friction {FRICTION} rad in loading");
@@ -87,7 +85,7 @@ impl Plan {
         ];
         let rest = changed(base, &[Settled(REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
-        let rough = with_friction(rest.clone());
+        let rough = with_friction(rest.clone(), FRICTION);
         let stiff = without_turning(rough.clone());
         let stiffly = "with friction, grains do not turn";
         for (kind, words, scene, speeds) in [
@@ -125,6 +123,14 @@ impl Plan {
             ladders,
         }
     }
+}
+
+fn with_friction(mut scene: Scene, angle: f64) -> Scene {
+    scene.loading.material = Some(grains::scene::Material {
+        friction_angle: angle,
+        ..scene.material.clone()
+    });
+    scene
 }
 
 /// With points along the depth of the control points, on both sides, and under the punch.
@@ -175,7 +181,7 @@ impl OfBeds for Plan {
     }
 }
 
-pub const PRINTED: &str = "as printed";
+pub const PRINTED: &str = "our default";
 /// Id of the search's least implausible setting.
 const BEST: &str = "best-1";
 const SPEED_AND_DAMPING: &str = "punch speed and damping";
@@ -333,7 +339,39 @@ pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 impl Plan {
-    /// The choices that the paper leaves open, one at a time around the printed scene; or around the best setting of a search, those
+    /// Which friction bears the force under a slow punch: all angles load the same beds.
+    pub fn of_bearing(quick: bool, clouds: u64) -> Self {
+        let rest = changed(space::base(quick), &[Settled(REST)]);
+        let (mut all, mut ladders) = (Vec::new(), Vec::new());
+        for angle in if quick {
+            vec![0.0, 0.4]
+        } else {
+            ANGLES.to_vec()
+        } {
+            let settings = [2.0 * SLOW, SLOW].map(|speed| {
+                let scene = changed(with_friction(rest.clone(), angle), &[Speed(speed)]);
+                let (id, name) = (
+                    format!("bearing-{angle}-{speed}"),
+                    format!("{angle} rad, {speed} m/s"),
+                );
+                let of = Specification::native(scene);
+                let setting = Setting::new(&id, &name, BEARING, of, clouds);
+                Setting {
+                    at: vec![angle, speed],
+                    ..setting
+                }
+            });
+            ladders.push(Ladder {
+                name: format!("with {angle} rad"),
+                settings: settings.iter().map(|of| of.id.clone()).collect(),
+            });
+            all.extend(settings);
+        }
+        let beds = Beds(vec![all]);
+        Plan { beds, ladders }
+    }
+
+    /// The choices that the paper leaves open, one at a time around our default; or around the best setting of a search, those
     /// that are no axes of it. What they are varied around is first; settings that pour alike share their beds.
     pub fn of_choices(quick: bool, clouds: u64, found: Option<&Search>) -> Self {
         let best = found.and_then(|of| of.best.first());

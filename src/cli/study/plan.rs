@@ -32,7 +32,7 @@ pub enum Kind {
     Tradeoff(TradeoffArguments),
     /// Which settings give all published figures: a wave over the choices, or among those that a wave has left
     Search(SearchArguments),
-    /// The printed scene, its quasi-static limit and the best settings of a search, or the open choices one at a time: published
+    /// Our default, its quasi-static limit and the best settings of a search, or the open choices one at a time: published
     /// figures, and what the load adds where
     Candidates(CandidatesArguments),
     /// The largest stable steps, predicted and found, and where methods fail
@@ -155,14 +155,17 @@ pub struct CandidatesArguments {
     /// How many of them
     #[arg(long, default_value_t = 2, requires = "search", value_parser = clap::value_parser!(u8).range(1..=12))]
     best: u8,
-    /// Instead, the choices that the paper leaves open, one at a time around the printed scene; with --search those that are no
+    /// Instead, the choices that the paper leaves open, one at a time around our default; with --search those that are no
     /// axes of it, around its best setting
     #[arg(long, conflicts_with = "best")]
     choices: bool,
+    /// Instead, which friction bears the force under a slow punch
+    #[arg(long, conflicts_with_all = ["choices", "search"])]
+    bearing: bool,
     /// A small bed
     #[arg(long)]
     quick: bool,
-    /// Packings of every setting [default: 400, with --choices 24]
+    /// Packings of every setting [default: 400, with --choices 24, with --bearing 16]
     #[arg(long, value_parser = clap::value_parser!(u64).range(3..=10_000))]
     clouds: Option<u64>,
     #[command(flatten)]
@@ -171,10 +174,15 @@ pub struct CandidatesArguments {
 
 impl CandidatesArguments {
     fn execute(self) -> Result<u8, Error> {
-        let clouds = self.clouds.unwrap_or(if self.choices { 24 } else { 400 });
+        let clouds = self.clouds.unwrap_or(match (self.choices, self.bearing) {
+            (true, _) => 24,
+            (_, true) => 16,
+            _ => 400,
+        });
         let found = self.search.as_deref().map(searched).transpose()?;
         let found = found.as_ref().map(|(_, found)| found);
         let plan = match self.choices {
+            _ if self.bearing => candidates::Plan::of_bearing(self.quick, clouds),
             true => candidates::Plan::of_choices(self.quick, clouds, found),
             false => candidates::Plan::new(self.quick, clouds, found, self.best.into()),
         };

@@ -26,7 +26,7 @@ pub struct Candidates {
     pub scene_digest: String,
     pub grains: u32,
     pub clouds: u64,
-    /// The first is the printed one.
+    /// The first is our default.
     pub settings: Vec<Found>,
     pub halvings: Vec<Halving>,
 }
