@@ -117,7 +117,7 @@ const SEEN: Key = *b"crossgrain: power of Vuong, 5 %.";
 /// Samples drawn for a power, which is then known to ± 0.05.
 const DRAWN: usize = 200;
 /// More values than this are not tried.
-const MOST: usize = 8192;
+const MOST: usize = 2048;
 
 /// In which share of samples of so many values of a law Vuong's test of 5 % says that it is nearer than the other family, both
 /// fitted anew.

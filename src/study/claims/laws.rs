@@ -210,7 +210,7 @@ pub fn section(contests: &[Contest]) -> Section {
         "Each law is the best, or not told from the best, in so many of {} samples: {}. Two laws are told apart where packings show which of \
          them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Told apart from\" is the number of \
          independent grains of the best law of which nine samples in ten show it, drawn and tested in the same way (5 % each); none \
-         where 8,192 do not. A law is possible where drawn samples of it are as often as far from it (Kolmogorov's D, fitted \
+         where 2,048 do not. A law is possible where drawn samples of it are as often as far from it (Kolmogorov's D, fitted \
          anew, one grain a packing; p-values count all tests, so that none is below 0.03). A law with more parameters may be nearer and \
          yet not possible: its own samples lie nearer still. A stretched exponential is exp(−xᵃ), a Gaussian tail a power of x times exp(−x²). Grains that bear \
          nothing are a share of their own, the same under every law.",
