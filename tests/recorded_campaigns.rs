@@ -164,6 +164,22 @@ fn the_recorded_choices_are_those_of_their_rows() {
     assert!(at_o("hold-after-the-force-0.01").high < at_o("printed").low);
 }
 
+/// A slow punch gets no force without friction, and always gets it with much; the speeds between agree on that.
+#[test]
+fn the_recorded_bearing_is_that_of_its_rows() {
+    let (_, recorded) = judged_again::<candidates::Plan, Candidates>("reference_data/bearing-1");
+    let reached = |id: &str| {
+        let of = recorded.settings.iter().find(|of| of.setting.id == id);
+        let endings = &of.expect("a setting").endings;
+        (endings.reached, endings.all())
+    };
+    let (without, all) = reached("bearing-0-0.02");
+    assert_eq!(without, 0);
+    for angle in ["0.3", "0.4", "0.6"] {
+        assert_eq!(reached(&format!("bearing-{angle}-0.02")), (all, all));
+    }
+}
+
 /// Around the search's best setting the choices that its space lacks change no mean but by a grain's volume, and a wide dispersion
 /// has another porosity.
 #[test]

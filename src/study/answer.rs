@@ -33,7 +33,7 @@ fn row<'a>(claims: &'a [Claim], id: &str, begins: &str) -> Option<&'a Row> {
 
 fn told(of: Interval, decimals: usize) -> String {
     let [estimate, low, high] = [of.estimate, of.low, of.high].map(|of| format!("{of:.decimals$}"));
-    format!("{estimate} ({low} to {high})")
+    format!("{estimate} ({low}–{high})")
 }
 
 fn listed(of: &[String]) -> String {
@@ -59,12 +59,15 @@ fn at_our_default(claims: &[Claim]) -> Option<String> {
         Some(_) => "come out together by some definitions",
         None => "are not shown to come out together",
     };
-    let of = |id, begins| row(claims, id, begins)?.ours;
+    let share = row(
+        claims,
+        "height_and_porosity",
+        "share of beds with both, mean surface",
+    )?;
     Some(format!(
-        "At our default for what is not printed, height and porosity {both} ({} m and {} by the mean surface, for 0.46 ± 0.01 m and 0.17 ± 0.01), \
-         and the means at O, A and B are {} of the continuum's, which the paper says its own equal.",
-        told(of("height", "mean surface")?, 4),
-        told(of("porosity", "from the mean surface")?, 4),
+        "At our default for what is not printed, height and porosity {both} ({} of the beds have both by the mean surface), and the means at \
+         O, A and B are {} of the continuum's, which the paper says its own equal.",
+        told(share.ours?, 2),
         means(claims, "nearest grain, as")?
     ))
 }
@@ -85,7 +88,7 @@ fn at_the_best(claims: &[Claim], search: &Search) -> Option<String> {
         .zip(at)
         .any(|(axis, at)| is_end(&axis.scale, *at));
     let edge = if on_edge {
-        ", on the edge of what was searched,"
+        ", on the edge of its space,"
     } else {
         ""
     };
@@ -100,13 +103,13 @@ fn at_the_best(claims: &[Claim], search: &Search) -> Option<String> {
         let id = format!("exponential.{point}");
         if claim(claims, &id)?.verdict == Some(Verdict::DoesNotHold) {
             let shape = row(claims, &id, "Σ_zz of grains that bear load: gamma")?.ours?;
-            shapes.push(format!("{point}, gamma shape {}", told(shape, 2)));
+            shapes.push(format!("{point}, {}", told(shape, 2)));
         }
     }
     let law = match shapes.is_empty() {
         true => "whether stresses of its loaded grains are exponential is undecided".to_owned(),
         false => format!(
-            "stresses of its loaded grains are not exponential at {}",
+            "stresses of its loaded grains are not exponential (gamma shape at {}, not 1)",
             listed(&shapes)
         ),
     };
@@ -133,12 +136,12 @@ fn what_is_open(search: &Search) -> Option<String> {
     let least = bins.fold(f64::INFINITY, f64::min);
     let diameter = match least < CUT {
         true => format!(
-            "mean diameters from {PRINTED_DIAMETER} mm on, which R = 5 mm suggests, are not excluded ({least:.2} deviations, cut at {CUT})"
+            "does not exclude mean diameters of {PRINTED_DIAMETER} mm and more (R = 5 mm; {least:.2} deviations, cut at {CUT})"
         ),
-        false => format!("mean diameters from {PRINTED_DIAMETER} mm on are excluded"),
+        false => format!("excludes mean diameters of {PRINTED_DIAMETER} mm and more (R = 5 mm)"),
     };
     Some(format!(
-        "Which settings the paper had is open: the search leaves {} % of its settings, and {diameter}.",
+        "Which settings the paper had is open: the search leaves {} % of its space and {diameter}.",
         told(left, 2)
     ))
 }
