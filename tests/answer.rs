@@ -106,7 +106,7 @@ fn the_table_of_a_thousand_packings_is_that_of_the_record() {
         let [low, high] = [of.low, of.high].map(|of| format!("{:.digits$}", of / unit));
         (
             format!("{:.digits$}", of.estimate / unit),
-            format!("({low} to {high})"),
+            format!("({low}–{high})"),
         )
     };
     let form = "Σ_zz of grains that bear load: ";
@@ -189,7 +189,8 @@ fn the_table_of_a_thousand_packings_is_that_of_the_record() {
         let line = lines.find(|line| line.starts_with(&format!("| {begins}")));
         let line = line
             .unwrap_or_else(|| panic!("no row {begins}"))
-            .replace('−', "-");
+            .replace('−', "-")
+            .replace(" to ", "–");
         for claims in [&claims.claims, &beside] {
             let ours = row(claims, id, &number).ours.expect("a number");
             let (estimate, interval) = told(&ours, unit, digits);

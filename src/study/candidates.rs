@@ -28,11 +28,6 @@ const SPEEDS: [f64; 4] = [0.08, 0.04, 0.02, 0.01];
 const ALL: usize = SPEEDS.len();
 /// Of beds without friction or whose grains do not turn.
 const FEW: usize = 3;
-/// What a slow punch meets on beds at rest: friction angles of loading, rad; twice this speed, then this, m/s.
-const ANGLES: [f64; 7] = [0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.6];
-const SLOW: f64 = 0.02;
-/// Axis of those settings, placed by angle and speed.
-const BEARING: &str = "friction in loading under a slow punch";
 /// Of B, m: a smaller scene has its points nearer.
 const PAPER_FARTHEST: f64 = 0.15;
 /// Distances from the punch's axis at the control points' depth, m.
@@ -339,38 +334,6 @@ pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 impl Plan {
-    /// Which friction bears the force under a slow punch: all angles load the same beds.
-    pub fn of_bearing(quick: bool, clouds: u64) -> Self {
-        let rest = changed(space::base(quick), &[Settled(REST)]);
-        let (mut all, mut ladders) = (Vec::new(), Vec::new());
-        for angle in if quick {
-            vec![0.0, 0.4]
-        } else {
-            ANGLES.to_vec()
-        } {
-            let settings = [2.0 * SLOW, SLOW].map(|speed| {
-                let scene = changed(with_friction(rest.clone(), angle), &[Speed(speed)]);
-                let (id, name) = (
-                    format!("bearing-{angle}-{speed}"),
-                    format!("{angle} rad, {speed} m/s"),
-                );
-                let of = Specification::native(scene);
-                let setting = Setting::new(&id, &name, BEARING, of, clouds);
-                Setting {
-                    at: vec![angle, speed],
-                    ..setting
-                }
-            });
-            ladders.push(Ladder {
-                name: format!("with {angle} rad"),
-                settings: settings.iter().map(|of| of.id.clone()).collect(),
-            });
-            all.extend(settings);
-        }
-        let beds = Beds(vec![all]);
-        Plan { beds, ladders }
-    }
-
     /// The choices that the paper leaves open, one at a time around our default; or around the best setting of a search, those
     /// that are no axes of it. What they are varied around is first; settings that pour alike share their beds.
     pub fn of_choices(quick: bool, clouds: u64, found: Option<&Search>) -> Self {

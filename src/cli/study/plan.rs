@@ -159,13 +159,10 @@ pub struct CandidatesArguments {
     /// axes of it, around its best setting
     #[arg(long, conflicts_with = "best")]
     choices: bool,
-    /// Instead, which friction bears the force under a slow punch
-    #[arg(long, conflicts_with_all = ["choices", "search"])]
-    bearing: bool,
     /// A small bed
     #[arg(long)]
     quick: bool,
-    /// Packings of every setting [default: 400, with --choices 24, with --bearing 16]
+    /// Packings of every setting [default: 400, with --choices 24]
     #[arg(long, value_parser = clap::value_parser!(u64).range(3..=10_000))]
     clouds: Option<u64>,
     #[command(flatten)]
@@ -174,15 +171,10 @@ pub struct CandidatesArguments {
 
 impl CandidatesArguments {
     fn execute(self) -> Result<u8, Error> {
-        let clouds = self.clouds.unwrap_or(match (self.choices, self.bearing) {
-            (true, _) => 24,
-            (_, true) => 16,
-            _ => 400,
-        });
+        let clouds = self.clouds.unwrap_or(if self.choices { 24 } else { 400 });
         let found = self.search.as_deref().map(searched).transpose()?;
         let found = found.as_ref().map(|(_, found)| found);
         let plan = match self.choices {
-            _ if self.bearing => candidates::Plan::of_bearing(self.quick, clouds),
             true => candidates::Plan::of_choices(self.quick, clouds, found),
             false => candidates::Plan::new(self.quick, clouds, found, self.best.into()),
         };

@@ -2,16 +2,13 @@
 
 use evidence::Interval;
 use evidence::distribution::Family;
-use evidence::proportion::wilson;
 use evidence::t_test::Finding;
 
-use super::judge::{Candidates, Found, Halving, Judged, LEVEL, Layer, Parts, Verdict};
-use super::{BEARING, BEST, PRINTED, SPEED_AND_DAMPING, reasons};
+use super::judge::{Candidates, Found, Halving, Judged, Layer, Parts, Verdict};
+use super::{BEST, PRINTED, SPEED_AND_DAMPING, reasons};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
-use crate::paper::bearing;
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
-use crate::study::figures::setup_of;
 use crate::study::realization::{GRAINS, OTHER_BED};
 use crate::study::search::space::{AXES, told};
 
@@ -49,7 +46,6 @@ impl Candidates {
                 self.one_at_a_time(),
                 Some(self.taken_apart()),
                 Some(self.laws()),
-                self.bearing(),
                 self.limits(),
                 self.settings(),
                 Some(self.every_number().as_details()),
@@ -332,66 +328,6 @@ impl Candidates {
             Section::new("One choice at a time", words)
                 .with(table)
                 .with(reasons),
-        )
-    }
-
-    /// Which friction a slow punch needs, by the classical formula and here; none where it was not varied.
-    fn bearing(&self) -> Option<Section> {
-        let own = |of: &&Found| of.setting.axis == BEARING;
-        let own: Vec<&Found> = self.settings.iter().filter(own).collect();
-        let scene = &own.first()?.setting.specification.scene;
-        let (setup, deepest) = (setup_of(scene), scene.loading.give_up_depth);
-        let share = |of: &Found| wilson(of.endings.reached, of.endings.all(), LEVEL);
-        let table = Table::of(
-            "bearing",
-            "Punches by friction and speed",
-            own.iter().copied(),
-        )
-        .column("friction in loading", |of| of.name())
-        .column("share with the force (95 %)", share)
-        .column("depth of those, mm (95 %)", |of| {
-            Some(of.punch_depth?.over(1e-3))
-        })
-        .column("ground's friction that bears it there, rad", |of| {
-            Some(bearing::needed(&setup, of.punch_depth?.estimate))
-        });
-        let depths = (0..=50).map(|index| deepest * f64::from(index) / 50.0);
-        let formula = depths.map(|depth| [bearing::needed(&setup, depth), 1e3 * depth]);
-        let caption = "Depth at which a punch gets the force, with 95 % intervals and how many do, by the grains' friction; and by the \
-                       classical formula, by the ground's";
-        let x = Axis::linear("friction angle, rad");
-        let y = Axis::linear("depth of the punch, mm");
-        let plot = Plot::new("bearing", caption, x, y).line("formula", Colour::Grey, formula);
-        let plot = plot.level("given up", Colour::Grey, 1e3 * deepest);
-        let mut speeds: Vec<f64> = own.iter().map(|of| of.setting.at[1]).collect();
-        speeds.sort_by(f64::total_cmp);
-        speeds.dedup();
-        let plot = speeds
-            .iter()
-            .zip(Colour::OF_LINES)
-            .fold(plot, |plot, (speed, colour)| {
-                let of_speed = own.iter().filter(|of| of.setting.at[1] == *speed);
-                let points = of_speed.filter_map(|of| {
-                    let depth = of.punch_depth?.over(1e-3);
-                    let point = Point::at(of.setting.at[0], depth.estimate);
-                    let label = format!("{} of {}", of.endings.reached, of.endings.all());
-                    Some(point.between(depth.low, depth.high).labelled(label))
-                });
-                plot.points(&format!("{speed} m/s"), colour, points)
-            });
-        let words = format!(
-            "A strip on ground without cohesion bears γ (d N_q + a N_γ) at the depth d, with the factors of Prandtl, Reissner and Vesić. The \
-             load needs ground of {:.1}° at the surface, {:.1}° at 40 mm and {:.1}° at {:.0} mm, where a punch gives up. A ground's \
-             friction is not its grains', so the two are not to be equal; both say how much a punch needs that is no impact.",
-            bearing::needed(&setup, 0.0).to_degrees(),
-            bearing::needed(&setup, 0.04).to_degrees(),
-            bearing::needed(&setup, deepest).to_degrees(),
-            1e3 * deepest
-        );
-        Some(
-            Section::new("Which friction bears the load", words)
-                .with(plot)
-                .with(table),
         )
     }
 

@@ -31,7 +31,7 @@ const REALIZATIONS: f64 = 1000.0;
 /// Under the punch and far beside it: no packing bears more there.
 const EXCHANGED: [&str; 2] = ["stress.O", "stress.B"];
 /// The id of the share of punches that get the force: our demand, printed nowhere.
-const REACHED: &str = "reached";
+pub const REACHED: &str = "reached";
 
 /// Means that a setting gave, by the figure's id.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
