@@ -151,7 +151,6 @@ mod tests {
             for (which, told) in told.into_iter().enumerate() {
                 let hits = covered.iter().filter(|one| one[which]).count();
                 let share = wilson(hits, trials, 0.99).expect("trials");
-                println!("{count} values, statistic {which}: {share:?}");
                 assert!(share.low < told && told < share.high, "{count} {share:?}");
             }
         }
