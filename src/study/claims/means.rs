@@ -215,7 +215,7 @@ fn by_definition(
         bootstrap::of_values(&beds, level, standard_deviation)
     });
     let what = format!("standard deviation from bed to bed, {}", keys[0].1);
-    let spread = Row::judged(what, [0.5 * of.tolerance, 1.5 * of.tolerance], spread);
+    let spread = Row::shown(what, spread);
     rows.push(spread.in_unit(of.unit).against(of.tolerance));
     let spread = &rows[keys.len()];
     Some(Claim::of(id, of.place, "plane")
@@ -226,8 +226,7 @@ fn by_definition(
         ))
         .decided_by(format!(
             "Mean over settled members within the printed {scatter}. The paper does not say {open}, so each definition is a \
-             reading. Nor does it say whether {scatter} is such a band or the scatter from bed to bed, so a standard deviation that \
-             rounds to it is one more."
+             reading. Nor does it say whether {scatter} is such a band or the scatter from bed to bed, which is shown beside."
         ))
         .by(Rule::AnyReading, rows))
 }
