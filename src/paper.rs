@@ -1,6 +1,7 @@
 //! What the paper printed, and each number of it that needs no simulation recomputed by a route of our own; the continuum
-//! under the punch, and the stress inside a disc; the integration that they share.
+//! under the punch, what ground bears, and the stress inside a disc; the integration that they share.
 
+pub mod bearing;
 pub mod continuum;
 pub mod disc_field;
 pub mod published;

@@ -19,6 +19,7 @@
 //! The physics' source is part of every row's check: a plan is run only by the program that made it, and rows of an
 //! older kernel are never mixed with new ones.
 
+pub mod answer;
 pub mod campaign;
 pub mod candidates;
 pub mod claims;

@@ -60,6 +60,7 @@ mod bench;
 mod browser;
 mod regression;
 
+mod answer;
 mod campaign;
 mod checks;
 mod claims;

@@ -75,6 +75,10 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
     ] {
         has(&first[..places[3].expect("a place")], [words]);
     }
+    assert_eq!(options.beside.answer.len(), 3);
+    for sentence in &options.beside.answer {
+        has(&first, [sentence]);
+    }
     // As many rows as the verdict counts.
     let (part, end) = (places[5].expect("a place"), places[6].expect("a place"));
     let rows = first[part..end].matches("<tr><td").count();

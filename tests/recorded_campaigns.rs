@@ -164,6 +164,33 @@ fn the_recorded_choices_are_those_of_their_rows() {
     assert!(at_o("hold-after-the-force-0.01").high < at_o("printed").low);
 }
 
+/// A slow punch needs friction, a fast one does not: by all settings of the recorded search, and as docs/sensitivity.md says.
+#[test]
+fn friction_bears_the_load_of_slow_punches() {
+    let recorded: Search = recorded_of(root("reference_data/search-1/wave-2"));
+    let classes = recorded.borne();
+    let counted: usize = classes.iter().map(|of| of.settings).sum();
+    assert_eq!(counted, recorded.observed.len());
+    let class = |friction: f64, speed: f64| {
+        let mut all = classes.iter();
+        let own = all.find(|of| of.friction[1] == friction && of.speed[0] == speed);
+        *own.expect("a class")
+    };
+    let share = |friction, speed| class(friction, speed).share().expect("settings");
+    assert!(share(0.0, 0.02).high < share(0.6, 0.02).low);
+    assert!(share(0.0, 0.02).high < share(0.0, 0.08).low);
+    let text = text_of(root("docs/sensitivity.md"));
+    for (friction, speed) in [(0.0, 0.02), (0.6, 0.02), (0.0, 0.08)] {
+        let of = class(friction, speed);
+        has(&text, [&format!("{} of {}", of.borne, of.settings)]);
+    }
+    let setup = crossgrain::paper::continuum::table::Setup::published();
+    for depth in [0.0, 0.04, 0.11] {
+        let angle = crossgrain::paper::bearing::needed(&setup, depth).to_degrees();
+        has(&text, [&format!("{angle:.1}°")]);
+    }
+}
+
 /// Around the search's best setting the choices that its space lacks change no mean but by a grain's volume, and a wide dispersion
 /// has another porosity.
 #[test]

@@ -10,7 +10,9 @@ use super::Number;
 use super::continuum::strip_load;
 use super::disc_field::figure_4;
 use super::integrate;
-use super::published::{CONTROL_VOLUME, HEIGHT, POINTS, POROSITY, PRESSURE, TABLE_1, table_4};
+use super::published::{
+    CONTROL_VOLUME, HEIGHT, POINTS, POROSITY, PRESSURE, Parts, TABLE_1, table_4,
+};
 
 /// a, m.
 pub const HALF_WIDTH: f64 = 0.0225;
@@ -250,6 +252,20 @@ fn equation_3_as_printed(offset: f64) -> f64 {
     let angle = |edge: f64| ((edge - offset) / DEPTH).atan();
     let (one, two) = (angle(-HALF_WIDTH), angle(HALF_WIDTH));
     PRESSURE / PI * ((one - two) + one.sin() * two.cos() - two.sin() * one.cos())
+}
+
+/// A control point's row of Table 4 before rounding: two digits of 0.0945 J are 0.09.
+pub fn unrounded(point: &str) -> Option<Parts> {
+    let (_, offset) = POINTS.into_iter().find(|(name, _)| *name == point)?;
+    let (weight, load) = (weight(), strip_load(PRESSURE, HALF_WIDTH, offset, DEPTH));
+    let stress = weight + load;
+    let extensive = stress * CONTROL_VOLUME;
+    Some(Parts {
+        weight,
+        load,
+        stress,
+        extensive,
+    })
 }
 
 /// Section 3.1 and Table 4: the continuum's stress at the control points, by Flamant's solution and weighed grains.

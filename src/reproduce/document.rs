@@ -53,7 +53,8 @@ impl Reproduction {
             .partition(|of| FIGURES.contains(&of.page));
         let agreement = Section::new(AGREE, self.origin()).with(agreement);
         let figures = (!figures.is_empty()).then(|| {
-            let answer = "Engines that agree can be wrong about the paper together: this does not enter the verdict above.";
+            let words = "Engines that agree can be wrong about the paper together: this does not enter the verdict above.";
+            let answer = beside.answer.iter().fold(words.to_owned(), |all, of| all + " " + of);
             Section::new("Do the published figures come out?", answer).with(figures)
         });
         let sections = [

@@ -14,6 +14,7 @@ use crate::limits::stability::Map;
 use crate::paper::published::{HEIGHTS, POROSITIES, Printed, printed};
 use crate::paper::{self, Number};
 use crate::run::folder::RunFolder;
+use crate::study::answer::answer;
 use crate::study::candidates::judge::Candidates;
 use crate::study::claims::{CLAIMS_VERSION, Claims};
 use crate::study::search::matching::Search;
@@ -270,6 +271,8 @@ pub struct Stated {
 pub struct Beside {
     /// At most one of a job.
     pub records: Vec<(Stated, Document)>,
+    /// What claims and search say of the published figures, in sentences; none without both.
+    pub answer: Vec<String>,
 }
 
 /// A job whose records are known here.
@@ -374,17 +377,29 @@ impl Beside {
             }
         }
         let mut records = Vec::new();
+        let (mut claims, mut search) = (None, None);
         for (kind, text) in KINDS.iter().zip(texts) {
-            match text {
-                Some((path, text)) => records.push(kind.parse(&path, &text, false)?),
+            let recorded = text.is_none();
+            let (path, text) = match text {
+                Some(own) => own,
                 None if with_recorded => {
-                    let path = Path::new(kind.file);
-                    records.push(kind.parse(path, &unpacked(path, kind.recorded)?, true)?);
+                    let path = PathBuf::from(kind.file);
+                    let text = unpacked(&path, kind.recorded)?;
+                    (path, text)
                 }
-                None => {}
+                None => continue,
+            };
+            records.push(kind.parse(&path, &text, recorded)?);
+            match kind.job {
+                "claims" => claims = serde_json::from_str::<Claims>(&text).ok(),
+                "search" => search = serde_json::from_str::<Search>(&text).ok(),
+                _ => {}
             }
         }
-        Ok(Beside { records })
+        let both = claims.zip(search);
+        let answer = both.and_then(|(claims, search)| answer(&claims, &search));
+        let answer = answer.map_or(Vec::new(), |of| of.to_vec());
+        Ok(Beside { records, answer })
     }
 
     pub fn stated(&self) -> Vec<Stated> {

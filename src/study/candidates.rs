@@ -52,19 +52,12 @@ pub struct Ladder {
 }
 
 impl Plan {
-    /// The printed scene, the way to its quasi-static limit, and the best settings of a search.
+    /// Our default, the way to its quasi-static limit, and the best settings of a search.
     pub fn new(quick: bool, clouds: u64, found: Option<&Search>, best: usize) -> Self {
         let printed = with_lines(space::printed(quick));
         let base = with_lines(space::base(quick));
         let setting = |id: &str, name: &str, scene: Scene| {
             Setting::new(id, name, "candidates", Specification::native(scene), clouds)
-        };
-        let with_friction = |mut scene: Scene| {
-            scene.loading.material = Some(grains::scene::Material {
-                friction_angle: FRICTION,
-                ..scene.material.clone()
-            });
-            scene
         };
         let without_turning = |mut scene: Scene| {
             scene.loading.contact = Some(ContactLaw {
@@ -73,7 +66,7 @@ impl Plan {
             });
             scene
         };
-        let frictional = with_friction(base.clone());
+        let frictional = with_friction(base.clone(), FRICTION);
         let stiff = without_turning(frictional.clone());
         let poured = changed(base.clone(), &[Friction(FRICTION)]);
         let name = format!("friction {FRICTION} rad in loading");
@@ -87,7 +80,7 @@ impl Plan {
         ];
         let rest = changed(base, &[Settled(REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
-        let rough = with_friction(rest.clone());
+        let rough = with_friction(rest.clone(), FRICTION);
         let stiff = without_turning(rough.clone());
         let stiffly = "with friction, grains do not turn";
         for (kind, words, scene, speeds) in [
@@ -125,6 +118,14 @@ impl Plan {
             ladders,
         }
     }
+}
+
+fn with_friction(mut scene: Scene, angle: f64) -> Scene {
+    scene.loading.material = Some(grains::scene::Material {
+        friction_angle: angle,
+        ..scene.material.clone()
+    });
+    scene
 }
 
 /// With points along the depth of the control points, on both sides, and under the punch.
@@ -175,7 +176,7 @@ impl OfBeds for Plan {
     }
 }
 
-pub const PRINTED: &str = "as printed";
+pub const PRINTED: &str = "our default";
 /// Id of the search's least implausible setting.
 const BEST: &str = "best-1";
 const SPEED_AND_DAMPING: &str = "punch speed and damping";
@@ -333,7 +334,7 @@ pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 impl Plan {
-    /// The choices that the paper leaves open, one at a time around the printed scene; or around the best setting of a search, those
+    /// The choices that the paper leaves open, one at a time around our default; or around the best setting of a search, those
     /// that are no axes of it. What they are varied around is first; settings that pour alike share their beds.
     pub fn of_choices(quick: bool, clouds: u64, found: Option<&Search>) -> Self {
         let best = found.and_then(|of| of.best.first());

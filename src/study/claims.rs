@@ -27,7 +27,7 @@ use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-pub const CLAIMS_VERSION: u32 = 7;
+pub const CLAIMS_VERSION: u32 = 8;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
@@ -112,7 +112,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         cells::erlang(members, &series),
         cells::good_enough(members, &series),
     ]);
-    claims.push(shapes::conclusion(&claims));
+    claims.push(shapes::conclusion(members, &claims));
     let mut earlier = shapes::of_earlier_paper(members, &claims);
     for claim in claims.iter_mut().chain(&mut earlier) {
         if let Some(row) = claim.not_computable() {

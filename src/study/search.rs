@@ -1,6 +1,7 @@
 //! Which settings give the published figures? History matching over the choices of [`space`], in waves: a wave is a study;
 //! the next one is planned among the settings that its rows have left.
 
+pub mod bearing;
 pub mod matching;
 pub mod space;
 
@@ -175,6 +176,7 @@ impl Search {
                 self.controls(),
                 self.best_settings(),
                 self.at_odds(),
+                self.bearing(),
                 self.settings().as_details(),
             ],
             checks,

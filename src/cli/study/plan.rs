@@ -32,7 +32,7 @@ pub enum Kind {
     Tradeoff(TradeoffArguments),
     /// Which settings give all published figures: a wave over the choices, or among those that a wave has left
     Search(SearchArguments),
-    /// The printed scene, its quasi-static limit and the best settings of a search, or the open choices one at a time: published
+    /// Our default, its quasi-static limit and the best settings of a search, or the open choices one at a time: published
     /// figures, and what the load adds where
     Candidates(CandidatesArguments),
     /// The largest stable steps, predicted and found, and where methods fail
@@ -155,7 +155,7 @@ pub struct CandidatesArguments {
     /// How many of them
     #[arg(long, default_value_t = 2, requires = "search", value_parser = clap::value_parser!(u8).range(1..=12))]
     best: u8,
-    /// Instead, the choices that the paper leaves open, one at a time around the printed scene; with --search those that are no
+    /// Instead, the choices that the paper leaves open, one at a time around our default; with --search those that are no
     /// axes of it, around its best setting
     #[arg(long, conflicts_with = "best")]
     choices: bool,

@@ -26,7 +26,7 @@ pub struct Candidates {
     pub scene_digest: String,
     pub grains: u32,
     pub clouds: u64,
-    /// The first is the printed one.
+    /// The first is our default.
     pub settings: Vec<Found>,
     pub halvings: Vec<Halving>,
 }
@@ -267,6 +267,7 @@ const FEWEST: [usize; 2] = [3, 8];
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The interval of the level that is corrected for all verdicts lies within value ± tolerance.
+    /// Of few clouds such intervals hold a mean of skewed stresses less often than they say.
     ComesOut,
     /// It lies outside.
     DoesNot,

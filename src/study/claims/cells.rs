@@ -39,6 +39,8 @@ pub struct Volume {
     pub continuum: f64,
     /// Coefficient of variation of ΣΣ_zz over packings.
     pub variation: Option<Interval>,
+    /// The exponent of N from the volume before, of half as many cells: −½ if they were independent. 95 % each.
+    pub slope: Option<Interval>,
     /// √N times that: 1 if the cells were independent and exponential.
     pub scaled: Option<Interval>,
     /// Shape of the gamma law of ΣΣ_zz over N: 1 if it were Erlang's.
@@ -122,6 +124,16 @@ fn exponent(growing: &[Vec<f64>], level: f64) -> Option<Interval> {
     })
 }
 
+/// Of CV ∝ N^exponent between this number of cells and the one before.
+fn local(growing: &[Vec<f64>], index: usize) -> Option<Interval> {
+    let before = index.checked_sub(1)?;
+    let grown = GROWING[index] as f64 / GROWING[before] as f64;
+    bootstrap::interval(growing[index].len(), LEVEL, |packings| {
+        let of = |index: usize| coefficient_of_variation(&drawn(&growing[index], packings));
+        (of(index) / of(before)).ln() / grown.ln()
+    })
+}
+
 /// Between two volumes by a power law.
 fn enough(volumes: &[Volume]) -> Option<f64> {
     let points: Vec<(f64, f64)> = volumes
@@ -146,9 +158,11 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
 }
 
 fn volumes(scene: &Scene, members: &[Member], moment: Moment, point: &'static str) -> Volumes {
+    let growing = growing(members, moment, point);
     let single = coefficient_of_variation(&sums(members, moment, point, 1));
     let place = scene.control_points.iter().find(|of| of.name == point);
-    let volume = |cells: usize| {
+    let volume = |index: usize| {
+        let cells = GROWING[index];
         let all = together(members, moment, point, cells);
         let place = place.filter(|_| all.len() >= 3)?;
         let sums: Vec<f64> = all.iter().map(|one| one.zz).collect();
@@ -165,17 +179,18 @@ fn volumes(scene: &Scene, members: &[Member], moment: Moment, point: &'static st
             stress: sample::mean(&stresses(&all)).at(LEVEL),
             continuum: continuum(scene, moment, place.offset, place.depth - rise, area),
             variation,
+            slope: local(&growing, index),
             scaled: variation.map(|of| of.over(1.0 / n.sqrt())),
             shape: shape.map(|of| of.over(n)),
             correlation: (cells > 1 && single.is_finite())
                 .then(|| (n * ratio * ratio - 1.0) / (n - 1.0)),
         })
     };
-    let volumes: Vec<Volume> = GROWING.into_iter().filter_map(volume).collect();
+    let volumes: Vec<Volume> = (0..GROWING.len()).filter_map(volume).collect();
     Volumes {
         moment,
         point: point.into(),
-        exponent: exponent(&growing(members, moment, point), LEVEL),
+        exponent: exponent(&growing, LEVEL),
         enough: enough(&volumes),
         volumes,
     }

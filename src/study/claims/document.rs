@@ -12,7 +12,8 @@ use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
 use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
-use crate::paper::published::{HEIGHTS, POROSITIES, Parts, published, table_4};
+use crate::paper::published::{HEIGHTS, POROSITIES, Parts, published};
+use crate::paper::recomputed::unrounded;
 use crate::study::campaign::Member;
 use crate::study::figures::Distribution;
 use crate::study::realization::ending_in_words;
@@ -99,7 +100,7 @@ pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Fig
             "shear" => Family::Laplace,
             _ => Family::Gamma,
         };
-        let theory = table_4(point).and_then(|parts| (of.theory)(&parts));
+        let theory = unrounded(point).and_then(|parts| (of.theory)(&parts));
         let values = stress(members, of.moment, point, of.key);
         let words = [of.name, of.quantity, of.unit];
         Distribution::new(words, point, theory, family, &values)
@@ -362,7 +363,7 @@ impl Claims {
         sections
     }
 
-    /// Means over published means, row by row.
+    /// Means over the continuum's, row by row.
     fn means(&self) -> Section {
         let wanted = ["gravity", "mean.O", "mean.A", "mean.B", "extensive"];
         let rows = self.rows().filter_map(|(claim, row)| {
@@ -380,8 +381,8 @@ impl Claims {
             return section;
         }
         let names = rows.iter().map(|(name, ..)| name.clone());
-        let caption = "Means over published means";
-        let x = Axis::linear("ours over published");
+        let caption = "Means over the continuum's";
+        let x = Axis::linear("ours over the continuum's");
         let y = Axis::of_names("", names);
         let mut plot = Plot::new("means-over-published", caption, x, y);
         for y in [0.9, 1.0, 1.1] {
@@ -480,6 +481,13 @@ impl Claims {
                 Axis::logarithmic("coefficient of variation of ΣΣ_zz"),
                 |one| one.variation.map(ends),
                 |n| 1.0 / n.sqrt(),
+            ),
+            section(
+                "slope-and-cells",
+                "Local exponent of N, from half as many cells",
+                Axis::linear("slope of ln CV against ln N"),
+                |one| one.slope.map(ends),
+                |_| -0.5,
             ),
             section(
                 "shape-and-cells",

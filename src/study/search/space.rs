@@ -27,6 +27,10 @@ pub enum Scale {
 /// The choices of [`AXES`] that the answer in a sentence has: both frictions, the diameter and the punch's speed.
 const TOLD: [usize; 4] = [0, 4, 7, 8];
 
+/// Of [`AXES`].
+pub const LOADING_FRICTION: usize = 7;
+pub const PUNCH_SPEED: usize = 8;
+
 /// Beds differ in the first of [`AXES`], loads on them in the others.
 pub const OF_POURING: usize = 7;
 

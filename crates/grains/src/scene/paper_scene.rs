@@ -36,7 +36,7 @@ pub const OPEN_CHOICES: &[(&str, &str)] = &[
     ),
     (
         "/settle",
-        "'almost completely dissipate'; at 1e-4 of the peak the height is the published one, later it creeps down",
+        "'almost completely dissipate'; 1e-4 of the peak was chosen because the mean surface of the first beds was then near the printed height",
     ),
     (
         "/loading/speed",
