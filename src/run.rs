@@ -124,9 +124,8 @@ fn followed(
             Until::EndOfSettling | Until::EndOfLoading => None,
         },
         interrupted: None,
-        // The native engine as it is would go on from itself.
-        continuing: (*engine != Engine::Native(native::Options::default()))
-            .then(|| Continuing::new(scene)),
+        // The native engine would go on from itself, or from a fault that was asked for.
+        continuing: (!matches!(engine, Engine::Native(_))).then(|| Continuing::new(scene)),
     };
     let run = bare(scene, engine, task, work, &mut recorder);
     let (outcome, engine, log) = match (run, recorder.interrupted, engine) {

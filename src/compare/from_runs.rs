@@ -267,6 +267,8 @@ fn punch_at_end(run: &RunFolder) -> Option<Punch> {
 pub struct Replicas(Vec<RunFolder>);
 
 const REPLICAS: usize = 9;
+/// Steps whose errors are made at once: over a whole run that is the same, and it takes a fraction of the time.
+const SHAKEN_EVERY: u64 = 50;
 /// How many standard deviations of a new run a number may be off. With nine runs a normal number is farther off at the end once in
 /// 400,000 times, and on the way, where there are many, once in 10⁸ times.
 const AT_END: f64 = 12.0;
@@ -278,6 +280,10 @@ const ROUNDING: f64 = 1.0e-9;
 
 impl Replicas {
     pub fn of(run: &RunFolder, noise: Noise) -> Result<Self, String> {
+        let noise = Noise {
+            every: SHAKEN_EVERY,
+            ..noise
+        };
         let runs = in_parallel(REPLICAS, |replica| {
             let engine = Engine::Native(native::Options {
                 noise: (replica > 0).then(|| of_replica(noise, 2 * replica)),

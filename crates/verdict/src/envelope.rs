@@ -599,6 +599,7 @@ impl Resolution {
             velocity: 0.5 * self.velocity,
             overlap: 0.5 * self.overlap,
             replica: 0,
+            every: 1,
         }
     }
 

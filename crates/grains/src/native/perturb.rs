@@ -269,6 +269,8 @@ pub struct Noise {
     pub overlap: f64,
     /// Which replica.
     pub replica: u64,
+    /// The errors of so many steps are made at once, as large as their sum is likely to be.
+    pub every: u64,
 }
 
 /// The noise under way.
@@ -289,27 +291,32 @@ impl Noise {
 }
 
 impl Shaker {
+    pub(super) fn every(&self) -> u64 {
+        self.noise.every
+    }
+
     /// Before the first step or after one.
     pub(super) fn shake(&mut self, state: &mut State, constants: &Constants) {
         if self.noise.replica % 2 == 1 {
             *self = self.noise.begin();
         }
         let off = self.noise;
+        let sum = (off.every as f64).sqrt();
         let coordinates = state.position.iter().flatten();
         let extent = coordinates.fold(0.0, |largest: f64, of| largest.max(of.abs()));
-        let length = off.position * extent;
+        let (length, share) = (sum * off.position * extent, sum * off.velocity);
         for id in 0..state.mass.len() {
             let id = state.place[id] as usize;
             let (radius, mass) = (state.radius[id], state.mass[id]);
             let kick = if state.force[id] == [0.0; 2] {
                 0.0
             } else {
-                constants.dt * constants.stiffness(radius, radius) * off.overlap / mass
+                sum * constants.dt * constants.stiffness(radius, radius) * off.overlap / mass
             };
             for axis in 0..2 {
                 let of = &mut self.random;
                 state.position[id][axis] += length * symmetric(of);
-                state.velocity[id][axis] *= 1.0 + off.velocity * symmetric(of);
+                state.velocity[id][axis] *= 1.0 + share * symmetric(of);
                 let kick = kick * symmetric(of);
                 state.velocity[id][axis] += kick;
                 // The step has moved it already.
@@ -318,7 +325,7 @@ impl Shaker {
             if !state.inertia.is_empty() {
                 // A force that is off by k times the overlap's error turns the grain at most with the arm R.
                 let turn = kick * mass * radius / state.inertia[id];
-                state.spin[id] *= 1.0 + off.velocity * symmetric(&mut self.random);
+                state.spin[id] *= 1.0 + share * symmetric(&mut self.random);
                 state.spin[id] += turn * symmetric(&mut self.random);
             }
         }

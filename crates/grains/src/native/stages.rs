@@ -187,10 +187,7 @@ impl Runner<'_> {
             if self.step == 0 {
                 self.shake();
             }
-            let steps = match self.noise {
-                Some(_) => 1,
-                None => self.unseen(exactly),
-            };
+            let steps = self.unseen(exactly);
             self.dynamics
                 .steps(steps)
                 .map_err(|(done, trouble)| self.error(self.step + done + 1, trouble))?;
@@ -237,8 +234,11 @@ impl Runner<'_> {
         let Dynamics {
             state, constants, ..
         } = &mut self.dynamics;
-        if let Some(noise) = &mut self.noise {
-            noise.shake(state, constants);
+        match &mut self.noise {
+            Some(noise) if self.step.is_multiple_of(noise.every()) => {
+                noise.shake(state, constants);
+            }
+            _ => {}
         }
     }
 
@@ -249,7 +249,9 @@ impl Runner<'_> {
             Stage::Settle => settle.check_every,
             Stage::Load => 1,
         };
-        let all = [every, self.scene.measurement.history_every, LOOK_UP_EVERY];
+        let shaken = self.noise.as_ref().map_or(u64::MAX, Shaker::every);
+        let looked = self.scene.measurement.history_every;
+        let all = [every, looked, LOOK_UP_EVERY, shaken];
         let next = all.map(|every| every - self.step % every);
         let next = next.into_iter().fold(u64::MAX, u64::min);
         let end = exactly.unwrap_or(u64::MAX).min(settle.max_steps);
