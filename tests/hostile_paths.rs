@@ -220,3 +220,130 @@ fn whatever_is_written_to_nothing_else_is_changed() {
         }
     });
 }
+
+/// A verb, a folder that it reads or writes into, names in it (one that ends in `.gz` stands instead of the plain one), and the
+/// exit codes that are right when something hostile stands at one of them; 0 where it is replaced, or never looked at.
+const INSIDE: &str = "
+    compare run run --out o ⇒ run ⇒ scene.json run.json SHA256SUMS initial.csv bodies.csv.gz contacts.csv history.csv.gz trace.csv.gz yade.log ⇒ 2
+    report vtk run --out o ⇒ run ⇒ run.json initial.csv.gz contacts.csv.gz trace.csv ⇒ 2
+    report archive run --out o ⇒ run ⇒ scene.json initial.csv.gz yade.log engine.log ⇒ 2
+    run --engine native --out o --from-state run scene.json ⇒ run ⇒ run.json bodies.csv ⇒ 2
+    study status two ⇒ two ⇒ plan.json plan.json.gz records records/shard-1-of-1.jsonl ⇒ 0 2
+    study run two --quiet ⇒ two ⇒ plan.json records records/shard-1-of-1.jsonl records/shard-9-of-9.jsonl ⇒ 0 2 75
+    study merge two ⇒ two ⇒ plan.json.gz records records/shard-1-of-1.jsonl rows.jsonl rows.csv merged.json ⇒ 0 2 3 75
+    study report two ⇒ two ⇒ plan.json rows.jsonl rows.jsonl.gz merged.json records/shard-1-of-1.jsonl report.json report.html figures ⇒ 0 2 3 75
+    study compare two two --out o ⇒ two ⇒ plan.json.gz rows.jsonl rows.jsonl.gz merged.json ⇒ 2 3
+    study claims two --out o ⇒ two ⇒ plan.json rows.jsonl.gz merged.json ⇒ 2 3
+    study figures --campaign two --out o ⇒ two ⇒ plan.json rows.jsonl.gz merged.json ⇒ 2 3
+    study slurm --tasks 2 two ⇒ two ⇒ plan.json slurm slurm/array.sh slurm/merge.sh ⇒ 0 2 75
+    study plan campaign --members 3 --out o --reuse two scene.json ⇒ two ⇒ plan.json.gz records records/shard-1-of-1.jsonl ⇒ 0 2
+    report baseline list --store kept ⇒ kept ⇒ name.json ⇒ 2
+    report baseline diff record.json name --store kept ⇒ kept ⇒ name.json ⇒ 2
+    report baseline save record.json name --replace --store kept ⇒ kept ⇒ name.json ⇒ 0 75
+    report history --store kept --out o ⇒ kept ⇒ name.json ⇒ 2
+    reproduce --recorded --quiet --out o --with two ⇒ two ⇒ report.json claims.json ⇒ 2 75
+    reproduce --recorded --quiet --out out ⇒ out ⇒ .crossgrain.lock yade-recorded yade-recorded/run.json native run.json report.html figures ⇒ 2 75
+    bench --quick --quiet --out out ⇒ out ⇒ .crossgrain.lock bed-5000.json bed-5000.csv ⇒ 2 75
+    stability --quick --quiet --out out ⇒ out ⇒ report.json ⇒ 2 75
+";
+
+/// What stands inside.
+const KINDS_INSIDE: [&str; 8] = [
+    "pipe",
+    "zeros",
+    "link out",
+    "link to a folder",
+    "link to itself",
+    "folder",
+    "locked",
+    "300 GB",
+];
+
+/// A packed file of 3 GB in 3 MB, of short lines that begin like JSON.
+fn bomb() -> Vec<u8> {
+    let packed = |text: &str| crate::readers::parts::packed(text.as_bytes());
+    let million = packed(&"[],\n".repeat(1 << 20));
+    [packed("{\"x\":[\n"), million.repeat(700)].concat()
+}
+
+/// Each file and folder inside the folders that a verb reads or writes, replaced by each kind.
+#[test]
+fn whatever_stands_inside_a_folder_every_verb_ends_soon_and_changes_nothing_outside() {
+    let place = &folder_with(&tiny_scene());
+    ends(place, 0, "run scene.json --engine native --out run");
+    ends(
+        place,
+        0,
+        "study plan campaign scene.json --members 2 --out two",
+    );
+    for verb in ["run two --quiet", "merge two", "report two"] {
+        ends(place, 0, &format!("study {verb}"));
+    }
+    fs::copy(place.join("two/report.json"), place.join("record.json")).expect("a record");
+    ends(
+        place,
+        0,
+        "report baseline save record.json name --store kept",
+    );
+    fs::create_dir_all(place.join("out/yade-recorded")).expect("ours");
+    fs::create_dir(place.join("outside")).expect("ours");
+    let bomb = bomb();
+    let mut wrong = Vec::new();
+    for [verb, folder, names, codes] in rows(INSIDE) {
+        let codes: Vec<i32> = codes
+            .words()
+            .iter()
+            .map(|code| code.parse().expect("a code"))
+            .collect();
+        for name in names.words() {
+            let packed = name.strip_suffix(".gz");
+            for kind in KINDS_INSIDE.into_iter().chain(packed.map(|_| "bomb")) {
+                let inner = place.join("inner");
+                let copy = "mkdir inner && cp -r scene.json record.json kept run two out inner";
+                assert_eq!(bash(place, copy, &[]).0, 0);
+                fs::write(place.join("secret"), SECRET).expect("written");
+                let at = inner.join(folder).join(name);
+                let remove = "rm -rf \"$1\" \"$2\"; mkdir -p \"$(dirname \"$1\")\"";
+                let plain = inner.join(folder).join(packed.unwrap_or(name));
+                let paths = [&at, &plain].map(|path| path.to_str().expect("text").to_owned());
+                assert_eq!(bash(place, remove, &[&paths[0], &paths[1]]).0, 0);
+                match kind {
+                    "bomb" => fs::write(&at, &bomb).expect("written"),
+                    "link to a folder" => symlink(place.join("outside"), &at).expect("made"),
+                    "link out" => symlink(place.join("secret"), &at).expect("made"),
+                    "300 GB" => fs::File::create(&at)
+                        .and_then(|file| file.set_len(300 << 30))
+                        .expect("made"),
+                    _ => make(kind, &at),
+                }
+                let arguments: Vec<String> = verb.words().iter().map(|&of| of.to_owned()).collect();
+                let (code, said) = ended(&arguments, &inner, codes.contains(&75));
+                let mut find = |what: &str| {
+                    wrong.push(format!("{verb}, {folder}/{name}, {kind}: {what}: {said}"));
+                };
+                match code {
+                    None => find("it never ended"),
+                    Some(code) if !codes.contains(&code) => find(&format!("exit code {code}")),
+                    Some(_) if said.lines().count() > 8 => find("more than a sentence"),
+                    Some(_) => {}
+                }
+                if said.contains("panicked") || said.contains("unexpected argument") {
+                    find("a panic, or not understood");
+                }
+                if text_of(place.join("secret")) != SECRET
+                    || !there(&place.join("outside")).is_empty()
+                {
+                    find("something outside is changed");
+                }
+                if said.contains("a secret") {
+                    find("the secret is told");
+                }
+                assert_eq!(
+                    bash(place, "chmod -R u+rwX inner; rm -rf inner outside/*", &[]).0,
+                    0
+                );
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
