@@ -49,7 +49,7 @@ pub enum FileError {
         "{path} is, or leads through, a symbolic link, and none is followed inside a folder; put what it leads to in its place"
     )]
     LinkInside { path: PathBuf },
-    #[error("asked to end while {path} was read; start the command again")]
+    #[error("asked to end while {path} was read or written; start the command again")]
     Ended { path: PathBuf },
     #[error("nobody reads what is written to {path}")]
     NotRead { path: PathBuf },
@@ -63,10 +63,10 @@ pub enum FileError {
 impl FileError {
     /// What cannot be read was named wrongly; what cannot be written may work another time.
     pub fn exit_code(&self) -> u8 {
-        use std::io::ErrorKind::{AlreadyExists, InvalidFilename, NotADirectory};
+        use std::io::ErrorKind::{AlreadyExists, InvalidFilename, IsADirectory, NotADirectory};
         match self {
             FileError::Io { action, source, .. } => match (source.kind(), *action) {
-                (NotADirectory | AlreadyExists | InvalidFilename, _) => exit::USAGE,
+                (AlreadyExists | InvalidFilename | IsADirectory | NotADirectory, _) => exit::USAGE,
                 (_, "open" | "read" | "find") => exit::USAGE,
                 _ => exit::TRY_AGAIN,
             },
@@ -299,13 +299,17 @@ pub fn remove_litter(folder: &Path) {
     }
 }
 
-/// A file that is read from the front, never more than so many bytes of it.
+/// A file that is read from the front, never more than so many bytes of it, and not on when the process is asked to end.
 pub struct Stream {
     path: PathBuf,
     from: Box<dyn Read>,
     limit: u64,
     left: u64,
+    heeds: bool,
 }
+
+/// So much is read all the same: what a command says when it is asked to end is in small files.
+const SMALL: u64 = 1 << 20;
 
 impl Stream {
     /// A name that ends in `.gz` is unpacked, the limit then holding for what comes out.
@@ -330,12 +334,17 @@ impl Stream {
             from,
             limit,
             left: limit,
+            heeds: true,
         })
     }
 }
 
 impl Read for Stream {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        if self.heeds && self.limit - self.left > SMALL && asked_to_end() {
+            let path = self.path.clone();
+            return Err(io::Error::other(FileError::Ended { path }));
+        }
         let count = self.from.read(into)?;
         match self.left.checked_sub(count as u64) {
             Some(left) => self.left = left,
@@ -545,6 +554,23 @@ impl Drop for Aside {
     fn drop(&mut self) {
         // Nothing has this name once it is in its place.
         let _ = unlinkat(&self.folder, &self.aside, AtFlags::empty());
+    }
+}
+
+/// Writes until the process is asked to end.
+pub struct Heeding<'a>(pub &'a mut dyn Write, pub &'a Path);
+
+impl Write for Heeding<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if asked_to_end() {
+            let path = self.1.to_owned();
+            return Err(io::Error::other(FileError::Ended { path }));
+        }
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
     }
 }
 
@@ -786,6 +812,13 @@ pub fn make_room(path: &Path, record: &str) -> Result<Option<PathBuf>, FileError
 /// SHA-256 of a file's bytes, in hexadecimal.
 pub fn file_digest<'a>(place: impl Into<Place<'a>>) -> Result<String, FileError> {
     digest_of(Stream::of(place.into(), LARGEST_DIGESTED, false)?)
+}
+
+/// The same of one that was just written, even when the process is asked to end: without it the file would be lost.
+pub fn written_digest<'a>(place: impl Into<Place<'a>>) -> Result<String, FileError> {
+    let mut stream = Stream::of(place.into(), LARGEST_DIGESTED, false)?;
+    stream.heeds = false;
+    digest_of(stream)
 }
 
 /// The same of what a packed file holds.

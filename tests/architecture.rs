@@ -115,7 +115,9 @@ fn other_doors(code: &str) -> Vec<&str> {
     let opens = |line: &&str| {
         // Types open nothing.
         let types = ["std::fs::File;", "unix::fs::FileExt;", "rustix::fs::Mode:"];
-        let rest = types.iter().fold((*line).to_owned(), |line, of| line.replace(of, ""));
+        let rest = types
+            .iter()
+            .fold((*line).to_owned(), |line, of| line.replace(of, ""));
         OF_FILES.words().iter().any(|word| rest.contains(word))
     };
     own.lines().filter(opens).collect()

@@ -2,6 +2,9 @@
 //! changes nothing outside.
 
 use std::os::unix::fs::{PermissionsExt, symlink};
+use std::sync::Mutex;
+
+use crossgrain::workers;
 
 use crate::support::*;
 
@@ -119,9 +122,13 @@ fn make(kind: &str, at: &Path) {
     made.expect("it is made");
 }
 
-/// Exit code and what was said; a long job is asked to end.
-fn ended(arguments: &[String], folder: &Path, is_long: bool) -> (Option<i32>, String) {
-    let (mut began, mut asked) = (Instant::now(), !is_long);
+/// Exit code, whether it was asked to end, after so long, and what was said.
+fn ended(
+    arguments: &[String],
+    folder: &Path,
+    asked_after: Option<Duration>,
+) -> (Option<i32>, bool, String) {
+    let (mut began, mut asked) = (Instant::now(), false);
     let said = fs::File::create(folder.join("said")).expect("a file");
     let mut program = cli(folder);
     program
@@ -135,19 +142,24 @@ fn ended(arguments: &[String], folder: &Path, is_long: bool) -> (Option<i32>, St
         if let Some(status) = child.try_wait().expect("a status") {
             break status.code();
         }
-        if began.elapsed() > LONGEST && !asked {
-            send(&child, "TERM");
-            (began, asked) = (Instant::now(), true);
-        }
-        if began.elapsed() > LONGEST {
-            child.kill().expect("it ends");
-            child.wait().expect("a status");
-            break None;
+        match asked_after {
+            Some(after) if !asked => {
+                if began.elapsed() > after {
+                    send(&child, "TERM");
+                    (began, asked) = (Instant::now(), true);
+                }
+            }
+            _ if began.elapsed() > LONGEST => {
+                child.kill().expect("it ends");
+                child.wait().expect("a status");
+                break None;
+            }
+            _ => {}
         }
         std::thread::sleep(Duration::from_millis(2));
     };
     assert!(memory < LARGEST, "{arguments:?}: {memory} kB");
-    (code, text_of(folder.join("said")))
+    (code, asked, text_of(folder.join("said")))
 }
 
 /// Fails with all that is wrong with how these verbs end; where one `may_work`, it may.
@@ -172,7 +184,8 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
             make(kind, &inner.join(name));
             let arguments = verb.split(' ').map(|word| word.replace('@', name));
             let arguments: Vec<String> = arguments.collect();
-            let (code, said) = ended(&arguments, &inner, may_work(verb, kind));
+            let asked_after = may_work(verb, kind).then_some(LONGEST);
+            let (code, _, said) = ended(&arguments, &inner, asked_after);
             let mut find = |what: &str| wrong.push(format!("{verb}, {kind}: {what}: {said}"));
             match code {
                 None => find("it never ended"),
@@ -221,30 +234,49 @@ fn whatever_is_written_to_nothing_else_is_changed() {
     });
 }
 
-/// A verb, a folder that it reads or writes into, names in it (one that ends in `.gz` stands instead of the plain one), and the
-/// exit codes that are right when something hostile stands at one of them; 0 where it is replaced, or never looked at.
+/// A verb, a folder that it reads or writes into, names in it (one that ends in `.gz` stands instead of the plain one), and the exit
+/// code that is right when something hostile stands at one of them, for all kinds and then for single ones.
 const INSIDE: &str = "
     compare run run --out o ⇒ run ⇒ scene.json run.json SHA256SUMS initial.csv bodies.csv.gz contacts.csv history.csv.gz trace.csv.gz yade.log ⇒ 2
     report vtk run --out o ⇒ run ⇒ run.json initial.csv.gz contacts.csv.gz trace.csv ⇒ 2
     report archive run --out o ⇒ run ⇒ scene.json initial.csv.gz yade.log engine.log ⇒ 2
+    report run run --out o ⇒ run ⇒ run.json bodies.csv history.csv.gz ⇒ 2
     run --engine native --out o --from-state run scene.json ⇒ run ⇒ run.json bodies.csv ⇒ 2
-    study status two ⇒ two ⇒ plan.json plan.json.gz records records/shard-1-of-1.jsonl ⇒ 0 2
-    study run two --quiet ⇒ two ⇒ plan.json records records/shard-1-of-1.jsonl records/shard-9-of-9.jsonl ⇒ 0 2 75
-    study merge two ⇒ two ⇒ plan.json.gz records records/shard-1-of-1.jsonl rows.jsonl rows.csv merged.json ⇒ 0 2 3 75
-    study report two ⇒ two ⇒ plan.json rows.jsonl rows.jsonl.gz merged.json records/shard-1-of-1.jsonl report.json report.html figures ⇒ 0 2 3 75
-    study compare two two --out o ⇒ two ⇒ plan.json.gz rows.jsonl rows.jsonl.gz merged.json ⇒ 2 3
-    study claims two --out o ⇒ two ⇒ plan.json rows.jsonl.gz merged.json ⇒ 2 3
-    study figures --campaign two --out o ⇒ two ⇒ plan.json rows.jsonl.gz merged.json ⇒ 2 3
-    study slurm --tasks 2 two ⇒ two ⇒ plan.json slurm slurm/array.sh slurm/merge.sh ⇒ 0 2 75
-    study plan campaign --members 3 --out o --reuse two scene.json ⇒ two ⇒ plan.json.gz records records/shard-1-of-1.jsonl ⇒ 0 2
+    study status two ⇒ two ⇒ plan.json plan.json.gz ⇒ 2
+    study status two ⇒ two ⇒ records ⇒ 2 folder=0
+    study status two ⇒ two ⇒ records/shard-1-of-1.jsonl ⇒ 2 locked=0
+    study run two --quiet ⇒ two ⇒ plan.json ⇒ 2
+    study run two --quiet ⇒ two ⇒ records ⇒ 2 folder=0
+    study run two --quiet ⇒ two ⇒ records/shard-1-of-1.jsonl records/shard-9-of-9.jsonl ⇒ 2 locked=0
+    study merge two ⇒ two ⇒ plan.json.gz ⇒ 2
+    study merge two ⇒ two ⇒ records ⇒ 2 folder=3
+    study merge two ⇒ two ⇒ records/shard-1-of-1.jsonl ⇒ 2 locked=3
+    study merge two ⇒ two ⇒ rows.jsonl rows.csv merged.json ⇒ 0 folder=2
+    study report two ⇒ two ⇒ plan.json rows.jsonl rows.jsonl.gz merged.json ⇒ 2
+    study report two ⇒ two ⇒ records/shard-1-of-1.jsonl ⇒ 2 locked=0
+    study report two ⇒ two ⇒ report.json report.html ⇒ 0 folder=2
+    study report two ⇒ two ⇒ figures ⇒ 2 folder=0
+    study compare two two --out o ⇒ two ⇒ plan.json.gz rows.jsonl rows.jsonl.gz merged.json ⇒ 2
+    study claims two --out o ⇒ two ⇒ plan.json rows.jsonl.gz merged.json ⇒ 2
+    study figures --campaign two --out o ⇒ two ⇒ plan.json rows.jsonl.gz merged.json ⇒ 2
+    study slurm --tasks 2 two ⇒ two ⇒ plan.json ⇒ 2
+    study slurm --tasks 2 two ⇒ two ⇒ slurm ⇒ 2 folder=0
+    study slurm --tasks 2 two ⇒ two ⇒ slurm/array.sh slurm/merge.sh ⇒ 0 folder=2
+    study plan campaign --members 3 --out o --reuse two scene.json ⇒ two ⇒ plan.json.gz ⇒ 2
+    study plan campaign --members 3 --out o --reuse two scene.json ⇒ two ⇒ records ⇒ 2 folder=0
+    study plan campaign --members 3 --out o --reuse two scene.json ⇒ two ⇒ records/shard-1-of-1.jsonl ⇒ 2 locked=0
     report baseline list --store kept ⇒ kept ⇒ name.json ⇒ 2
     report baseline diff record.json name --store kept ⇒ kept ⇒ name.json ⇒ 2
-    report baseline save record.json name --replace --store kept ⇒ kept ⇒ name.json ⇒ 0 75
+    report baseline save record.json name --replace --store kept ⇒ kept ⇒ name.json ⇒ 0 folder=2
     report history --store kept --out o ⇒ kept ⇒ name.json ⇒ 2
-    reproduce --recorded --quiet --out o --with two ⇒ two ⇒ report.json claims.json ⇒ 2 75
-    reproduce --recorded --quiet --out out ⇒ out ⇒ .crossgrain.lock yade-recorded yade-recorded/run.json native run.json report.html figures ⇒ 2 75
-    bench --quick --quiet --out out ⇒ out ⇒ .crossgrain.lock bed-5000.json bed-5000.csv ⇒ 2 75
-    stability --quick --quiet --out out ⇒ out ⇒ report.json ⇒ 2 75
+    reproduce --recorded --quiet --out o --with two ⇒ two ⇒ report.json claims.json ⇒ 2
+";
+
+/// The same of verbs that take long: they are asked to end.
+const INSIDE_OF_LONG: &str = "
+    reproduce --recorded --quiet --out out ⇒ out ⇒ .crossgrain.lock yade-recorded yade-recorded/run.json native run.json report.html figures
+    bench --quick --quiet --out out ⇒ out ⇒ .crossgrain.lock bed-5000.json bed-5000.csv
+    stability --quick --quiet --out out ⇒ out ⇒ report.json
 ";
 
 /// What stands inside.
@@ -266,84 +298,159 @@ fn bomb() -> Vec<u8> {
     [packed("{\"x\":[\n"), million.repeat(700)].concat()
 }
 
-/// Each file and folder inside the folders that a verb reads or writes, replaced by each kind.
-#[test]
-fn whatever_stands_inside_a_folder_every_verb_ends_soon_and_changes_nothing_outside() {
+/// A verb with something hostile inside a folder.
+struct Inside {
+    verb: &'static str,
+    folder: &'static str,
+    name: &'static str,
+    kind: &'static str,
+    /// The exit codes that are right; 75 is too once it was asked to end.
+    codes: Vec<i32>,
+}
+
+impl Inside {
+    fn kinds(name: &str) -> impl Iterator<Item = &'static str> {
+        let bomb = name.ends_with(".gz").then_some("bomb");
+        KINDS_INSIDE.into_iter().chain(bomb)
+    }
+
+    fn all() -> Vec<Self> {
+        let mut all = Vec::new();
+        for [verb, folder, names, codes] in rows(INSIDE) {
+            let of_kind = |kind: &str| {
+                let mut codes = codes.words().into_iter();
+                let code = codes.next().expect("a code");
+                let own = codes.find_map(|of| of.strip_prefix(kind)?.strip_prefix('='));
+                own.unwrap_or(code).parse().expect("a code")
+            };
+            for name in names.words() {
+                all.extend(Inside::kinds(name).map(|kind| {
+                    let mut codes = vec![of_kind(kind)];
+                    // A locked file is open to root alone.
+                    codes.extend((kind == "locked").then_some(2));
+                    Inside {
+                        verb,
+                        folder,
+                        name,
+                        kind,
+                        codes,
+                    }
+                }));
+            }
+        }
+        all
+    }
+
+    /// What is found before anything is computed, and what was replaced at the end.
+    fn of_long_verbs() -> Vec<Self> {
+        let mut all = Vec::new();
+        for [verb, folder, names] in rows(INSIDE_OF_LONG) {
+            for name in names.words() {
+                all.extend(Inside::kinds(name).map(|kind| Inside {
+                    verb,
+                    folder,
+                    name,
+                    kind,
+                    codes: vec![0, 2],
+                }));
+            }
+        }
+        all
+    }
+
+    /// All that is wrong with how it ends among copies of these files.
+    fn wrong(&self, files: &Path, bomb: &[u8], asked_after: Duration) -> Option<String> {
+        let place = &new_folder();
+        fs::write(place.join("secret"), SECRET).expect("written");
+        fs::create_dir(place.join("outside")).expect("ours");
+        let at = format!("inner/{}/{}", self.folder, self.name);
+        let plain = at.strip_suffix(".gz").unwrap_or(&at).to_owned();
+        let copy = "cp -r \"$3\" inner && rm -rf \"$1\" \"$2\" && mkdir -p \"$(dirname \"$1\")\"";
+        let files = files.to_str().expect("text").to_owned();
+        assert_eq!(bash(place, copy, &[&at, &plain, &files]).0, 0);
+        let at = &place.join(at);
+        match self.kind {
+            "bomb" => fs::write(at, bomb).expect("written"),
+            "link to a folder" => symlink(place.join("outside"), at).expect("made"),
+            "link out" => symlink(place.join("secret"), at).expect("made"),
+            "300 GB" => fs::File::create(at)
+                .and_then(|file| file.set_len(300 << 30))
+                .expect("made"),
+            kind => make(kind, at),
+        }
+        let arguments: Vec<String> = self.verb.words().iter().map(|&of| of.to_owned()).collect();
+        let (code, asked, said) = ended(&arguments, &place.join("inner"), Some(asked_after));
+        let mut wrong = Vec::new();
+        match code {
+            None => wrong.push("it never ended".to_owned()),
+            Some(75) if asked => {}
+            Some(code) if !self.codes.contains(&code) => wrong.push(format!("exit code {code}")),
+            Some(_) => {}
+        }
+        let mut refute = |is: bool, what: &str| wrong.extend(is.then(|| what.to_owned()));
+        refute(said.lines().count() > 8, "more than a sentence");
+        refute(said.contains("panicked"), "a panic");
+        refute(said.contains("unexpected argument"), "not understood");
+        refute(said.contains("a secret"), "the secret is told");
+        let is_changed = text_of(place.join("secret")) != SECRET;
+        refute(is_changed, "the secret is changed");
+        let is_filled = !there(&place.join("outside")).is_empty();
+        refute(is_filled, "something outside is made");
+        let unlock = "chmod -R u+rwX inner";
+        assert_eq!(bash(place, unlock, &[]).0, 0);
+        let Inside {
+            verb,
+            folder,
+            name,
+            kind,
+            ..
+        } = self;
+        let wrong = wrong.join(", ");
+        (!wrong.is_empty()).then(|| format!("{verb}, {folder}/{name}, {kind}: {wrong}: {said}"))
+    }
+}
+
+/// Each of these files and folders replaced by each kind; a verb is asked to end after so long.
+fn walk_inside(cases: Vec<Inside>, asked_after: Duration) {
     let place = &folder_with(&tiny_scene());
     ends(place, 0, "run scene.json --engine native --out run");
-    ends(
-        place,
-        0,
-        "study plan campaign scene.json --members 2 --out two",
-    );
+    let plan = "study plan campaign scene.json --members 2 --out two";
+    ends(place, 0, plan);
     for verb in ["run two --quiet", "merge two", "report two"] {
         ends(place, 0, &format!("study {verb}"));
     }
     fs::copy(place.join("two/report.json"), place.join("record.json")).expect("a record");
-    ends(
-        place,
-        0,
-        "report baseline save record.json name --store kept",
-    );
+    let save = "report baseline save record.json name --store kept";
+    ends(place, 0, save);
     fs::create_dir_all(place.join("out/yade-recorded")).expect("ours");
-    fs::create_dir(place.join("outside")).expect("ours");
-    let bomb = bomb();
-    let mut wrong = Vec::new();
-    for [verb, folder, names, codes] in rows(INSIDE) {
-        let codes: Vec<i32> = codes
-            .words()
-            .iter()
-            .map(|code| code.parse().expect("a code"))
-            .collect();
-        for name in names.words() {
-            let packed = name.strip_suffix(".gz");
-            for kind in KINDS_INSIDE.into_iter().chain(packed.map(|_| "bomb")) {
-                let inner = place.join("inner");
-                let copy = "mkdir inner && cp -r scene.json record.json kept run two out inner";
-                assert_eq!(bash(place, copy, &[]).0, 0);
-                fs::write(place.join("secret"), SECRET).expect("written");
-                let at = inner.join(folder).join(name);
-                let remove = "rm -rf \"$1\" \"$2\"; mkdir -p \"$(dirname \"$1\")\"";
-                let plain = inner.join(folder).join(packed.unwrap_or(name));
-                let paths = [&at, &plain].map(|path| path.to_str().expect("text").to_owned());
-                assert_eq!(bash(place, remove, &[&paths[0], &paths[1]]).0, 0);
-                match kind {
-                    "bomb" => fs::write(&at, &bomb).expect("written"),
-                    "link to a folder" => symlink(place.join("outside"), &at).expect("made"),
-                    "link out" => symlink(place.join("secret"), &at).expect("made"),
-                    "300 GB" => fs::File::create(&at)
-                        .and_then(|file| file.set_len(300 << 30))
-                        .expect("made"),
-                    _ => make(kind, &at),
-                }
-                let arguments: Vec<String> = verb.words().iter().map(|&of| of.to_owned()).collect();
-                let (code, said) = ended(&arguments, &inner, codes.contains(&75));
-                let mut find = |what: &str| {
-                    wrong.push(format!("{verb}, {folder}/{name}, {kind}: {what}: {said}"));
-                };
-                match code {
-                    None => find("it never ended"),
-                    Some(code) if !codes.contains(&code) => find(&format!("exit code {code}")),
-                    Some(_) if said.lines().count() > 8 => find("more than a sentence"),
-                    Some(_) => {}
-                }
-                if said.contains("panicked") || said.contains("unexpected argument") {
-                    find("a panic, or not understood");
-                }
-                if text_of(place.join("secret")) != SECRET
-                    || !there(&place.join("outside")).is_empty()
-                {
-                    find("something outside is changed");
-                }
-                if said.contains("a secret") {
-                    find("the secret is told");
-                }
-                assert_eq!(
-                    bash(place, "chmod -R u+rwX inner; rm -rf inner outside/*", &[]).0,
-                    0
-                );
-            }
-        }
-    }
+    let (bomb, found) = (bomb(), Mutex::new(Vec::new()));
+    let count = cases.len();
+    let done = workers::each(cases.into_iter(), 4, |case| {
+        let wrong = case.wrong(place, &bomb, asked_after);
+        workers::lock(&found).push(wrong);
+        Ok::<(), ()>(())
+    });
+    let found = found.into_inner().expect("no panic");
+    assert!(done.is_ok() && found.len() == count);
+    let wrong: Vec<String> = found.into_iter().flatten().collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn whatever_stands_inside_a_folder_every_verb_ends_soon_and_changes_nothing_outside() {
+    walk_inside(Inside::all(), LONGEST);
+}
+
+#[test]
+fn whatever_stands_inside_a_folder_long_jobs_end_when_they_are_asked() {
+    let mut cases = Inside::of_long_verbs();
+    cases.retain(|of| ["link out", "folder"].contains(&of.kind));
+    walk_inside(cases, Duration::from_secs(1));
+}
+
+/// `cargo test --release --test checks -- --ignored long_jobs_end_well`.
+#[test]
+#[ignore = "takes half an hour: every kind inside the folders of long jobs, up to a minute each"]
+fn whatever_stands_inside_a_folder_long_jobs_end_well() {
+    walk_inside(Inside::of_long_verbs(), Duration::from_secs(60));
 }

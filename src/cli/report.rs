@@ -21,6 +21,7 @@ use crate::progress::say;
 use crate::report;
 use crate::run::export::{pack_archive, write_vtk};
 use crate::run::folder::RunFolder;
+use crate::workers::unless_asked_to_end;
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -411,8 +412,12 @@ impl OfRun {
         const RECORD: &str = "outcome.json";
         self.results.check(RECORD)?;
         let run = RunFolder::read(&self.run)?;
-        let document = report::outcome::document(&run, time_step::largest_share(&run)?);
         let text = json(&run.record)?;
+        let document = unless_asked_to_end(move || {
+            let share = time_step::largest_share(&run)?;
+            Ok::<_, Error>(report::outcome::document(&run, share))
+        });
+        let document = document.ok_or(Error::Interrupted)??;
         self.views.tell("report run", &text, &document)?;
         self.results.write(&document, &[(RECORD, &text)])?;
         Ok(document.exit_code())

@@ -12,9 +12,8 @@ use std::path::Path;
 use flate2::{Compression, GzBuilder};
 use serde_json::{Value, json};
 
-use crate::files::{Aside, FileError, Place, failed, file_digest, regular, sha256_hex};
+use crate::files::{Aside, FileError, Heeding, Place, failed, file_digest, regular, sha256_hex};
 use crate::run::folder::{FILES, Moment, RunFolder, SUMS, packed, sum_line};
-use crate::workers::asked_to_end;
 use grains::measure::cells;
 use grains::measure::stress::{Components, of_grains};
 use grains::scene::Scene;
@@ -62,9 +61,10 @@ pub fn pack_archive(
     let sums: String = members.iter().map(sum).collect();
     members.push((SUMS.to_owned(), sums.len() as u64, String::new()));
     // No time and no name in the head, so that the same folder gives the same bytes.
+    let place = Path::new(name);
+    let to = Heeding(to, place);
     let packed = GzBuilder::new().mtime(0).write(to, Compression::best());
     let mut archive = tar::Builder::new(packed);
-    let place = Path::new(name);
     let mut add = |file: &str, bytes: u64, from: &mut dyn Read| {
         let mut head = tar::Header::new_ustar();
         head.set_size(bytes);
@@ -79,10 +79,6 @@ pub fn pack_archive(
             _ => add(file, *bytes, &mut regular((folder, file))?),
         };
         written.map_err(failed("write", place))?;
-        if asked_to_end() {
-            let path = folder.join(file);
-            return Err(FileError::Ended { path });
-        }
     }
     archive
         .into_inner()
@@ -147,8 +143,9 @@ pub fn write_vtk(
 ) -> Result<[String; 3], FileError> {
     let names = ["grains", "contacts", "cells"].map(|name| format!("{prefix}{name}.vtp"));
     for (name, fill) in names.iter().zip([grains, contacts, cells]) {
-        let mut file = Aside::of((folder, name))?;
-        fill(&mut file, scene, moment).map_err(failed("write", &folder.join(name)))?;
+        let (mut file, path) = (Aside::of((folder, name))?, folder.join(name));
+        let filled = fill(&mut Heeding(&mut file, &path), scene, moment);
+        filled.map_err(failed("write", &path))?;
         file.into_place()?;
     }
     Ok(names)
