@@ -185,6 +185,13 @@ impl Made {
         // A bed that was settled at the very end of a run without loading is its last moment anyway.
         let settled = outcome.settled.map(Moment::from);
         let last = Moment::from(outcome.last);
+        // One that was asked to end is to end soon, and goes on elsewhere.
+        let is_whole = outcome
+            .stages
+            .last()
+            .is_none_or(|of| of.stop != StopReason::Interrupted);
+        let measures =
+            is_whole.then(|| measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()));
         let record = RunRecord {
             version: RECORD_VERSION,
             crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
@@ -202,7 +209,7 @@ impl Made {
             restart,
             continued: self.continued,
             peak_memory: peak_memory(),
-            measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
+            measures: measures.unwrap_or_default(),
         };
         RunFolder {
             scene: scene.clone(),
