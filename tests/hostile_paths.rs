@@ -142,19 +142,15 @@ fn ended(
         if let Some(status) = child.try_wait().expect("a status") {
             break status.code();
         }
-        match asked_after {
-            Some(after) if !asked => {
-                if began.elapsed() > after {
-                    send(&child, "TERM");
-                    (began, asked) = (Instant::now(), true);
-                }
-            }
-            _ if began.elapsed() > LONGEST => {
+        let waits = asked_after.filter(|_| !asked);
+        if began.elapsed() > waits.unwrap_or(LONGEST) {
+            if waits.is_none() {
                 child.kill().expect("it ends");
                 child.wait().expect("a status");
                 break None;
             }
-            _ => {}
+            send(&child, "TERM");
+            (began, asked) = (Instant::now(), true);
         }
         std::thread::sleep(Duration::from_millis(2));
     };
