@@ -8,7 +8,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use std::{env, fs, io, thread};
+use std::{env, io, thread};
 
 use rustix::param::{clock_ticks_per_second, page_size};
 use rustix::process::{
@@ -16,6 +16,7 @@ use rustix::process::{
     set_child_subreaper, waitid, waitpid,
 };
 
+use crate::files::{Place, listed, of_system};
 use crate::workers::lock;
 
 /// How often a child is looked at.
@@ -64,7 +65,7 @@ struct Process {
 
 impl Process {
     fn of(number: u32) -> Option<Self> {
-        let stat = fs::read_to_string(format!("/proc/{number}/stat")).ok()?;
+        let stat = stat_of(number)?;
         // After the name in brackets, which may hold anything.
         let words: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
         let number_at = |index: usize| words.get(index)?.parse::<u64>().ok();
@@ -81,20 +82,27 @@ impl Process {
     }
 
     fn all() -> Vec<Self> {
-        let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
-        let numbers = entries.filter_map(|of| of.file_name().to_str()?.parse().ok());
+        let entries = listed("/proc", usize::MAX).unwrap_or_default();
+        let numbers = entries
+            .iter()
+            .filter_map(|of| of.name.to_str()?.parse().ok());
         numbers.filter_map(Process::of).collect()
     }
 
     /// None where there are no surroundings, as while another program is put in its place.
     fn has_mark(&self, mark: &str) -> Option<bool> {
         let entry = format!("{MARK}={mark}");
-        match fs::read(format!("/proc/{}/environ", self.number)) {
-            Ok(of) if of.is_empty() => None,
-            Ok(of) => Some(of.split(|byte| *byte == 0).any(|of| of == entry.as_bytes())),
-            Err(_) => Some(false),
+        match of_system(format!("/proc/{}/environ", self.number)) {
+            Some(of) if of.is_empty() => None,
+            Some(of) => Some(of.split(|byte| *byte == 0).any(|of| of == entry.as_bytes())),
+            None => Some(false),
         }
     }
+}
+
+/// What the system tells of a process, in one line.
+fn stat_of(process: u32) -> Option<String> {
+    String::from_utf8(of_system(format!("/proc/{process}/stat"))?).ok()
 }
 
 const MOST_ROUNDS: usize = 500;
@@ -103,7 +111,7 @@ const MOST_ROUNDS: usize = 500;
 pub fn on_path(name: &str) -> Option<PathBuf> {
     env::split_paths(&env::var_os("PATH")?)
         .map(|folder| folder.join(name))
-        .find(|program| program.is_file())
+        .find(|program| Place::from(program).is_file())
 }
 
 fn started(command: &mut Command) -> io::Result<Child> {
@@ -258,7 +266,7 @@ fn kill(number: u32) {
 }
 
 fn processor_seconds(child: u32) -> Option<f64> {
-    let stat = fs::read_to_string(format!("/proc/{child}/stat")).ok()?;
+    let stat = stat_of(child)?;
     // After the name in brackets, which may hold anything; its own times and those of its children.
     let times = stat.rsplit_once(')')?.1.split_whitespace();
     let ticks = times.skip(11).take(4).map(str::parse::<u64>);

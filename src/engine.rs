@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use watch::Limits;
 
 use crate::exit;
-use crate::files::{FileError, read_text, work_folder};
+use crate::files::{FileError, Place, read_text, work_folder};
 use grains::model::Model;
 use grains::native::{NativeError, Trouble};
 use grains::scene::Scene;
@@ -178,8 +178,8 @@ fn parsed<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
 }
 
 /// A file of one such text, of at most so many bytes.
-fn read_json<T: DeserializeOwned>(path: &Path, longest: u64, name: &str) -> Result<T> {
-    let text = read_text(path, longest).map_err(|error| nonsense(format!("{name}: {error}")))?;
+fn read_json<T: DeserializeOwned>(place: Place, longest: u64, name: &str) -> Result<T> {
+    let text = read_text(place, longest).map_err(|error| nonsense(format!("{name}: {error}")))?;
     parsed(&text, name)
 }
 
@@ -282,7 +282,7 @@ pub fn describe(options: &Options) -> Result<Description> {
         ProgramError::TooMuch { reason } => undescribed(format!("it took {reason}")),
         other => other,
     })?;
-    let text = read_text(&work.path().join(exec::SAID), LONGEST)
+    let text = read_text((work.path(), exec::SAID), LONGEST)
         .map_err(|error| undescribed(error.to_string()))?;
     Description::parse(&options.program, &text)
 }

@@ -13,7 +13,7 @@ use crate::compare::first_steps::{Asked, from_bed};
 use crate::compare::{Comparison, compare};
 use crate::engine::yade;
 use crate::error::Error;
-use crate::files::work_folder;
+use crate::files::{real_folder, work_folder};
 use crate::progress::Display;
 use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RECORDED, RunFolder, is_recorded, unpack_recorded};
@@ -168,8 +168,8 @@ impl Job<'_> {
 
     /// The recorded run of YADE, if it is one of this scene.
     fn recorded(&mut self) -> Result<Option<RunFolder>, Error> {
-        let folder = self.options.out.join(RECORDED);
-        if !folder.exists() {
+        let (folder, is_there) = real_folder(&self.options.out, RECORDED)?;
+        if !is_there {
             unpack_recorded(&folder)?;
         } else if !is_recorded(&folder) {
             return Err(Error::Usage(format!(
@@ -336,8 +336,8 @@ fn run_or_take_over(
     engine: &Engine,
     cuts: &[u64],
 ) -> Result<RunFolder, Error> {
-    let folder = options.out.join(name);
-    if !folder.exists() {
+    let (folder, is_there) = real_folder(&options.out, name)?;
+    if !is_there {
         return Ok(match cuts {
             [] => {
                 let nothing = Preparation::default();

@@ -8,18 +8,18 @@ pub mod parts;
 
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
+use crate::files::TempDir;
 
 pub use crate::engine::EngineError;
 use crate::engine::exec::{self, ExternalEngine, log};
 use crate::engine::{ProgramError, yade};
-use crate::files::{FileError, folder_aside, keep_folder, write_beside};
+use crate::files::{FileError, folder_aside, keep_folder, of_system, write_beside};
 use crate::progress::{self, Display, say};
 use crate::run::continued::{Continued, Continuing};
 use crate::run::folder::record::{
     EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, Softened, StepChoice, TraceRow,
 };
-use crate::run::folder::{Moment, RunFolder, has_room_for_history};
+use crate::run::folder::{Moment, RunFolder, has_room_for_history, not_finite};
 use grains::generate::initial_bodies;
 use grains::measure::{self, HistoryRow};
 use grains::model::ModelRecord;
@@ -134,6 +134,11 @@ fn followed(
         }
         (run, _, _) => run?,
     };
+    // Such a run folder could not be read.
+    if let Some(why) = recorder.history.iter().find_map(not_finite) {
+        let why = format!("{why}: forces or speeds are too large for an energy");
+        return Err(ProgramError::Nonsense(why).into());
+    }
     let mut continuing = recorder.continuing;
     continuing.iter_mut().for_each(Continuing::end_of_stage);
     Ok(Made {
@@ -179,6 +184,13 @@ impl Made {
         // A bed that was settled at the very end of a run without loading is its last moment anyway.
         let settled = outcome.settled.map(Moment::from);
         let last = Moment::from(outcome.last);
+        // One that was asked to end is to end soon, and goes on elsewhere.
+        let is_whole = outcome
+            .stages
+            .last()
+            .is_none_or(|of| of.stop != StopReason::Interrupted);
+        let measures =
+            is_whole.then(|| measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()));
         let record = RunRecord {
             version: RECORD_VERSION,
             crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
@@ -196,7 +208,7 @@ impl Made {
             restart,
             continued: self.continued,
             peak_memory: peak_memory(),
-            measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
+            measures: measures.unwrap_or_default(),
         };
         RunFolder {
             scene: scene.clone(),
@@ -281,7 +293,7 @@ pub fn command(engine: &Engine, protocol: Protocol) -> String {
 
 /// The high-water mark of this process, bytes, on Linux.
 pub fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let status = String::from_utf8(of_system("/proc/self/status")?).ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
     let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kibibytes * 1024)

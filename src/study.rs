@@ -42,7 +42,7 @@ use crate::checks::record::{Record, malformed};
 use crate::document::Document;
 use crate::engine::EngineError;
 use crate::exit;
-use crate::files::{FileError, failed};
+use crate::files::{FileError, remove_folder};
 use crate::study::machine::Folder;
 use plan::{Plan, Program};
 use realization::{Engines, Runner};
@@ -210,7 +210,7 @@ pub fn create<S: Study>(
     let reused = Folder::<S>::open(path).and_then(|folder| folder.reuse(from));
     if reused.is_err() {
         // Else the same command, mended, would be refused for the folder that this one left.
-        std::fs::remove_dir_all(path).map_err(failed("remove", path))?;
+        remove_folder(path)?;
     }
     reused
 }

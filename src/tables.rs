@@ -1,20 +1,20 @@
 //! The tables as CSV text: the shortest decimal that reads back to the same bits.
 
 use std::fmt::Display;
-use std::path::Path;
+use std::io::{BufRead, BufReader, Read};
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
 
+use csv::StringRecord;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::files::{FileError, read_text, write_whole};
+use crate::files::{Aside, FileError, Place, Stream, failed};
 use grains::tables::{Bodies, BodyIds, Contact, Remembered, tangential};
 
 /// The most text of a row, bytes: nine numbers and their separators, with room to spare.
 const LONGEST_ROW: u64 = 300;
-
-/// Bytes that so many rows may take, with their header.
-pub fn room_for(rows: u64) -> u64 {
-    (rows + 1) * LONGEST_ROW
-}
+/// A longer line is no row and no header, bytes.
+const LONGEST_LINE: u64 = 4096;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -47,7 +47,7 @@ struct ContactRow {
 }
 
 /// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate.
-pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), FileError> {
+pub fn write_bodies<'a>(place: impl Into<Place<'a>>, bodies: &Bodies) -> Result<(), FileError> {
     let mut header = vec!["id", "x", "z", "vx", "vz", "radius", "mass"];
     let mut columns = vec![
         &bodies.x,
@@ -65,15 +65,17 @@ pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), FileError> {
         let numbers: Vec<f64> = columns.iter().map(|column| column[row]).collect();
         (row as u32, numbers)
     });
-    write_rows(path, &header, rows)
+    write_rows(place, &header, rows)
 }
 
 /// Reads `count` grains; ids must be 0, 1, 2, … and every value finite, radii, masses and moments of
 /// inertia above 0; all grains rotate or none does.
-pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, FileError> {
-    let rows: Vec<BodyRow> = read_rows(path, room_for(u64::from(count)))?;
+pub fn read_bodies<'a>(place: impl Into<Place<'a>>, count: u32) -> Result<Bodies, FileError> {
+    let rows = Rows::<BodyRow>::open(place, u64::from(count))?;
+    let path = &rows.path.clone();
     let mut bodies = Bodies::default();
-    for (row, of) in rows.iter().enumerate() {
+    for (row, of) in rows.enumerate() {
+        let of = of?;
         let ensure = rules_of(path, row);
         let is_next = of.id as usize == row;
         ensure(is_next, "id", &of.id, "the row's number, from 0 on")?;
@@ -117,12 +119,15 @@ fn rules_of(
 const CONTACT_COLUMNS: [&str; 9] = ["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"];
 
 /// Writes contacts with these columns.
-pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), FileError> {
+pub fn write_contacts<'a>(
+    place: impl Into<Place<'a>>,
+    contacts: &[Contact],
+) -> Result<(), FileError> {
     let rows = contacts.iter().map(|of| {
         let forces = [of.overlap, of.normal_force, of.tangential_force];
         (of.id1, of.id2, forces, of.normal, of.point)
     });
-    write_rows(path, &CONTACT_COLUMNS, rows)
+    write_rows(place, &CONTACT_COLUMNS, rows)
 }
 
 /// More contacts than a plane bed of so many grains can have: six a grain, twice over, and walls.
@@ -134,12 +139,17 @@ pub fn most_contacts(grains: u32) -> u64 {
 pub const NORMAL_TOLERANCE: f64 = 1.8e-7;
 
 /// Reads the contacts between these bodies, sorted by ids, normals of length 1.
-pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, FileError> {
+pub fn read_contacts<'a>(
+    place: impl Into<Place<'a>>,
+    ids: BodyIds,
+) -> Result<Vec<Contact>, FileError> {
     let bodies = ids.punch() + 1;
-    let rows: Vec<ContactRow> = read_rows(path, room_for(most_contacts(ids.grains)))?;
+    let rows = Rows::<ContactRow>::open(place, most_contacts(ids.grains))?;
+    let path = &rows.path.clone();
     let mut before = None;
-    let mut contacts = Vec::with_capacity(rows.len());
-    for (row, of) in rows.iter().enumerate() {
+    let mut contacts = Vec::new();
+    for (row, of) in rows.enumerate() {
+        let of = of?;
         let ensure = rules_of(path, row);
         for (key, id) in [("id1", of.id1), ("id2", of.id2)] {
             let wanted = "the id of a grain, a wall or the punch";
@@ -180,31 +190,44 @@ struct MemoryRow {
 }
 
 /// Writes what contacts remember with the columns `id1,id2,nx,nz,sx,sz`.
-pub fn write_memory(path: &Path, memory: &[Remembered]) -> Result<(), FileError> {
+pub fn write_memory<'a>(
+    place: impl Into<Place<'a>>,
+    memory: &[Remembered],
+) -> Result<(), FileError> {
     let rows = memory.iter();
     let rows = rows.map(|of| (of.id1, of.id2, of.normal, of.shear));
-    write_rows(path, &["id1", "id2", "nx", "nz", "sx", "sz"], rows)
+    write_rows(place, &["id1", "id2", "nx", "nz", "sx", "sz"], rows)
 }
 
 /// Reads what these contacts remember, in their order and with their normals.
-pub fn read_memory(path: &Path, contacts: &[Contact]) -> Result<Vec<Remembered>, FileError> {
-    let rows: Vec<MemoryRow> = read_rows(path, room_for(contacts.len() as u64))?;
-    let remembered = |of: &MemoryRow| Remembered {
-        id1: of.id1,
-        id2: of.id2,
-        normal: [of.nx, of.nz],
-        shear: [of.sx, of.sz],
-    };
-    let memory: Vec<Remembered> = rows.iter().map(remembered).collect();
-    let fits = |(of, contact): (&Remembered, &Contact)| {
-        (of.id1, of.id2, of.normal) == (contact.id1, contact.id2, contact.normal)
-            && of.shear.iter().all(|force| force.is_finite())
-    };
-    if memory.len() != contacts.len() || !memory.iter().zip(contacts).all(fits) {
-        let why = "it does not belong to the table of contacts";
-        return Err(unlike(path, why));
+pub fn read_memory<'a>(
+    place: impl Into<Place<'a>>,
+    contacts: &[Contact],
+) -> Result<Vec<Remembered>, FileError> {
+    let rows = Rows::<MemoryRow>::open(place, contacts.len() as u64)?;
+    let path = &rows.path.clone();
+    let strange = || unlike(path, "it does not belong to the table of contacts");
+    let mut memory = Vec::with_capacity(contacts.len());
+    for of in rows {
+        let of = of?;
+        let of = Remembered {
+            id1: of.id1,
+            id2: of.id2,
+            normal: [of.nx, of.nz],
+            shear: [of.sx, of.sz],
+        };
+        let contact = contacts.get(memory.len()).ok_or_else(strange)?;
+        let fits = (of.id1, of.id2, of.normal) == (contact.id1, contact.id2, contact.normal)
+            && of.shear.iter().all(|force| force.is_finite());
+        if !fits {
+            return Err(strange());
+        }
+        memory.push(of);
     }
-    Ok(memory)
+    match memory.len() == contacts.len() {
+        true => Ok(memory),
+        false => Err(strange()),
+    }
 }
 
 fn unlike(path: &Path, reason: impl Display) -> FileError {
@@ -215,34 +238,123 @@ fn unlike(path: &Path, reason: impl Display) -> FileError {
 }
 
 /// Writes rows under this header, which has their field names in order.
-pub fn write_rows<T: Serialize>(
-    path: &Path,
+pub fn write_rows<'a, T: Serialize>(
+    place: impl Into<Place<'a>>,
     header: &[&str],
     mut rows: impl Iterator<Item = T>,
 ) -> Result<(), FileError> {
+    let place = place.into();
+    let broken = |error: csv::Error| match error.into_kind() {
+        csv::ErrorKind::Io(error) => failed("write", &place.path())(error),
+        other => unlike(&place.path(), format_args!("{other:?}")),
+    };
     // The header by hand: left to the writer, a table without rows would have none.
     let mut writer = csv::WriterBuilder::new();
-    let mut writer = writer.has_headers(false).from_writer(Vec::new());
+    let mut writer = writer.has_headers(false).from_writer(Aside::of(place)?);
     let written = writer.write_record(header);
     let written = written.and_then(|()| rows.try_for_each(|row| writer.serialize(row)));
-    written.map_err(|error| unlike(path, error))?;
-    let bytes = writer.into_inner().map_err(|error| unlike(path, error))?;
-    write_whole(path, &bytes)
+    written.map_err(broken)?;
+    let whole = writer.into_inner();
+    let whole = whole.map_err(|error| failed("write", &place.path())(error.into_error()))?;
+    whole.into_place()
 }
 
-/// Reads rows by the names in their header, from at most `limit` bytes of text.
-pub fn read_rows<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<Vec<T>, FileError> {
-    parse_rows(path, &read_text(path, limit)?)
+/// The rows of a table, one after the other, by the names in their header.
+pub struct Rows<T> {
+    path: PathBuf,
+    lines: BufReader<Box<dyn Read>>,
+    header: StringRecord,
+    line: Vec<u8>,
+    /// Lines so far.
+    read: u64,
+    rows: PhantomData<T>,
 }
 
-/// The rows of this text; `path` says where it comes from.
-pub fn parse_rows<T: DeserializeOwned>(path: &Path, text: &str) -> Result<Vec<T>, FileError> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let rows = reader.deserialize().collect::<Result<Vec<T>, _>>();
-    let rows = rows.map_err(|error| unlike(path, error))?;
-    // A file cut inside its last number would still parse.
-    match text.ends_with('\n') {
-        true => Ok(rows),
-        false => Err(unlike(path, "its last line has no end; it was cut off")),
+impl<T: DeserializeOwned> Rows<T> {
+    /// At most so many.
+    pub fn open<'a>(place: impl Into<Place<'a>>, most: u64) -> Result<Self, FileError> {
+        let place = place.into();
+        let limit = most.saturating_add(1).saturating_mul(LONGEST_ROW);
+        Rows::of(&place.path(), Box::new(Stream::open(place, limit)?))
+    }
+
+    /// Of this text; `path` says where it comes from.
+    pub fn of(path: &Path, text: Box<dyn Read>) -> Result<Self, FileError> {
+        let mut rows = Rows {
+            path: path.to_owned(),
+            lines: BufReader::with_capacity(1 << 16, text),
+            header: StringRecord::new(),
+            line: Vec::new(),
+            read: 0,
+            rows: PhantomData,
+        };
+        rows.header = rows.next_record()?.unwrap_or_default();
+        Ok(rows)
+    }
+
+    /// The next line that is not empty.
+    fn next_record(&mut self) -> Result<Option<StringRecord>, FileError> {
+        loop {
+            self.line.clear();
+            let mut bounded = (&mut self.lines).take(LONGEST_LINE);
+            let read = bounded.read_until(b'\n', &mut self.line);
+            if read.map_err(failed("read", &self.path))? == 0 {
+                return Ok(None);
+            }
+            self.read += 1;
+            let text = std::str::from_utf8(&self.line);
+            let path = || self.path.clone();
+            let text = text.map_err(|_| FileError::NotText { path: path() })?;
+            // A file cut inside its last number would still parse.
+            let Some(text) = text.strip_suffix('\n') else {
+                let why = match self.line.len() as u64 {
+                    LONGEST_LINE => {
+                        format!("line {} is longer than {LONGEST_LINE} bytes", self.read)
+                    }
+                    _ => "its last line has no end; it was cut off".to_owned(),
+                };
+                return Err(unlike(&self.path, why));
+            };
+            let text = text.strip_suffix('\r').unwrap_or(text);
+            if !text.is_empty() {
+                // Some programs put names into quotes; numbers have none.
+                let fields = text.split(',').map(|field| field.trim_matches('"'));
+                return Ok(Some(fields.collect()));
+            }
+        }
+    }
+
+    fn next_row(&mut self) -> Result<Option<T>, FileError> {
+        let Some(record) = self.next_record()? else {
+            return Ok(None);
+        };
+        let (found, wanted) = (record.len(), self.header.len());
+        if found != wanted {
+            let why = format!("line {} has {found} fields, its header {wanted}", self.read);
+            return Err(unlike(&self.path, why));
+        }
+        let row = record.deserialize(Some(&self.header));
+        row.map(Some).map_err(|error| {
+            unlike(
+                &self.path,
+                format_args!("line {}: {}", self.read, why(&error)),
+            )
+        })
+    }
+}
+
+/// Without the place, which the caller knows better.
+fn why(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
+        _ => error.to_string(),
+    }
+}
+
+impl<T: DeserializeOwned> Iterator for Rows<T> {
+    type Item = Result<T, FileError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_row().transpose()
     }
 }

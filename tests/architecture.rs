@@ -1,5 +1,5 @@
-//! The order of the house: modules of the program import only what stands above them in `src/lib.rs`, and the two crates
-//! know no files, terminals and processes.
+//! The order of the house: modules of the program import only what stands above them in `src/lib.rs`, one of them alone opens
+//! files, and the crates know no files, terminals and processes.
 
 use crate::support::*;
 
@@ -104,4 +104,40 @@ fn the_crates_know_no_files_terminals_and_processes() {
             }
         }
     }
+}
+
+/// What opens files, or asks for them by their paths.
+const OF_FILES: &str = "std::fs fs:: File:: OpenOptions read_dir canonicalize symlink_metadata .exists() .is_dir() tempfile symlink( read_link";
+
+/// Lines of a file of the program, its unit tests aside, that open a file or ask for one elsewhere than in `src/files.rs`.
+fn other_doors(code: &str) -> Vec<&str> {
+    let own = code.split("#[cfg(test)]").next().unwrap_or_default();
+    let opens = |line: &&str| {
+        // Types open nothing.
+        let types = ["std::fs::File;", "unix::fs::FileExt;", "rustix::fs::Mode:"];
+        let rest = types
+            .iter()
+            .fold((*line).to_owned(), |line, of| line.replace(of, ""));
+        OF_FILES.words().iter().any(|word| rest.contains(word))
+    };
+    own.lines().filter(opens).collect()
+}
+
+#[test]
+fn files_are_opened_in_one_module() {
+    let source = root("src");
+    for path in rust_files(&source) {
+        let name = path.strip_prefix(&source).expect("below src").to_owned();
+        let code = code(&path);
+        let found = other_doors(&code);
+        let is_door = name == Path::new("files.rs");
+        assert!(is_door || found.is_empty(), "{}: {found:?}", name.display());
+        assert!(!is_door || found.len() > 10, "{found:?}");
+    }
+}
+
+#[test]
+fn another_door_is_noticed() {
+    let code = "use std::fs::File;\nlet a = std::fs::read(path);\nlet b = path.exists();\n#[cfg(test)]\nfs::write()";
+    assert_eq!(other_doors(code).len(), 2);
 }

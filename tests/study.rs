@@ -12,7 +12,7 @@ use crossgrain::files::file_digest;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
 use crossgrain::study::realization::{Engines, Runner};
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
-use crossgrain::study::{plan::Plan, shard::Shard, store::records_folder};
+use crossgrain::study::{plan::Plan, shard::Shard, store::RECORDS};
 
 use crate::support::*;
 
@@ -133,7 +133,7 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
     let done = run(&path, Shard::WHOLE).expect("the rest");
     assert_eq!((done.wanted, done.before, done.complete), (10, 3, true));
     // The same rows by another process, with other times.
-    let rows = records_folder(&path).join("shard-1-of-1.jsonl");
+    let rows = path.join(RECORDS).join("shard-1-of-1.jsonl");
     let kept = fs::read(&rows).expect("records");
     fs::remove_file(&rows).expect("ours");
     run(&path, Shard::new(1, 2).expect("a shard")).expect("again");
@@ -156,7 +156,7 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
 fn lines_that_cannot_be_read_are_kept() {
     let (_place, path) = new(6, None);
     run(&path, Shard::WHOLE).expect("six rows");
-    let file = records_folder(&path).join("shard-1-of-1.jsonl");
+    let file = path.join(RECORDS).join("shard-1-of-1.jsonl");
     let text = text_of(&file);
     let lines: Vec<&str> = text.lines().collect();
     let older = lines[1].replacen("\"took\"", "\"time\"", 1);
@@ -180,7 +180,7 @@ fn rows_of_another_source_are_never_mixed_in() {
     older.made_with.source = "0".repeat(64);
     let other = place.join("older");
     older.write(&other).expect("a new folder");
-    let [from, to] = [&path, &other].map(|of| records_folder(of).join("shard-1-of-1.jsonl"));
+    let [from, to] = [&path, &other].map(|of| of.join(RECORDS).join("shard-1-of-1.jsonl"));
     fs::copy(from, to).expect("room");
     let ran = run(&other, Shard::WHOLE);
     assert!(matches!(ran, Err(StudyError::OtherProgram { .. })));
@@ -272,7 +272,7 @@ fn an_external_engine_is_the_one_that_was_planned() {
 #[test]
 fn a_pipe_among_the_records_is_refused() {
     let (_place, path) = new(3, None);
-    a_pipe(&records_folder(&path), "shard-1-of-2.jsonl");
+    a_pipe(&path.join(RECORDS), "shard-1-of-2.jsonl");
     let error = run(&path, Shard::WHOLE).expect_err("a pipe");
     has(&error.to_string(), ["is not a regular file"]);
 }

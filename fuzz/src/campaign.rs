@@ -9,7 +9,7 @@ use crossgrain::files::short_hex;
 use crossgrain::study::campaign::{self, Campaign};
 use crossgrain::study::machine::{Folder, Machine as _, SUMMARY, Summary};
 use crossgrain::study::plan::Plan;
-use crossgrain::study::store::{Index, Reader, records_folder};
+use crossgrain::study::store::{self, Index, Reader};
 use crossgrain::study::{Study as _, StudyError};
 
 use super::parts::{self, Parts};
@@ -27,7 +27,7 @@ pub fn read(input: &[u8]) -> bool {
     plan.write(&place).expect("a writable folder");
     for name in RECORDS {
         if let Some(bytes) = parts.get(name) {
-            parts::put(&records_folder(&place), name, &checked(&plan, bytes));
+            parts::put(&place.join(store::RECORDS), name, &checked(&plan, bytes));
         }
     }
     let given = given(&parts, &plan, &place);

@@ -2,7 +2,7 @@
 //! campaign's own plan alone.
 
 use crossgrain::study::campaign::Campaign;
-use crossgrain::study::plan::{Plan, path};
+use crossgrain::study::plan::Plan;
 use grains::scene::{Scene, parse_scene};
 
 use super::parts::{self, Parts};
@@ -16,7 +16,7 @@ pub fn read(input: &[u8]) -> bool {
     let folder = parts::folder();
     let repaired = parts.get("repair").and_then(|_| repair(bytes));
     let text = repaired.as_deref().unwrap_or(bytes);
-    std::fs::write(path(folder.path()), text).expect("a writable folder");
+    std::fs::write(folder.path().join("plan.json"), text).expect("a writable folder");
     let Ok(plan) = Plan::<Campaign>::read(folder.path()) else {
         return false;
     };

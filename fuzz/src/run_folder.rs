@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crossgrain::run::folder::{RunFolder, write_sums};
-use crossgrain::tables::{parse_rows, read_bodies, write_rows};
+use crossgrain::tables::{Rows, read_bodies, write_rows};
 use grains::measure::HistoryRow;
 use grains::scene::parse_scene;
 use grains::tables::Stage;
@@ -67,7 +67,8 @@ fn repair(parts: &Parts<'_>, folder: &Path) -> Option<()> {
     }
     parts::put(folder, "run.json", record.to_string().as_bytes());
     let path = folder.join("history.csv");
-    let mut history: Vec<HistoryRow> = parse_rows(&path, parts.text("history.csv")?).ok()?;
+    let history = Rows::open(&path, 1 << 20).ok()?.collect();
+    let mut history: Vec<HistoryRow> = Result::ok(history)?;
     let settled = history.iter().rposition(|row| row.stage == Stage::Settle);
     let loading = history.iter().position(|row| row.stage == Stage::Load);
     let end = history.len().checked_sub(1);

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use crossgrain::files::FileError;
 use crossgrain::run::folder::record::TraceRow;
 use crossgrain::tables::{
-    read_bodies, read_contacts, read_rows, room_for, write_bodies, write_contacts, write_rows,
+    Rows, read_bodies, read_contacts, write_bodies, write_contacts, write_rows,
 };
 use grains::measure::HistoryRow;
 use grains::tables::BodyIds;
@@ -36,7 +36,7 @@ pub fn read(input: &[u8]) -> bool {
             &path,
             &again,
             |path| read_bodies(path, MOST_ROWS),
-            write_bodies,
+            |path, rows| write_bodies(path, rows),
         ),
         b'c' => same(
             &path,
@@ -58,8 +58,9 @@ fn rows<T: Serialize + DeserializeOwned + Debug + PartialEq>(
     header: &[&str],
     finite: fn(&T) -> bool,
 ) -> bool {
-    let limit = room_for(u64::from(MOST_ROWS));
-    let Ok(found) = read_rows::<T>(path, limit) else {
+    let read = |path| Rows::open(path, u64::from(MOST_ROWS))?.collect();
+    let found: Result<Vec<T>, FileError> = read(path);
+    let Ok(found) = found else {
         return false;
     };
     // Whoever reads such rows refuses the others.
@@ -67,7 +68,7 @@ fn rows<T: Serialize + DeserializeOwned + Debug + PartialEq>(
         return false;
     }
     write_rows(again, header, found.iter()).expect("a table that can be written");
-    let second: Vec<T> = read_rows(again, u64::MAX >> 1).expect("what was accepted once");
+    let second: Vec<T> = read(again).expect("what was accepted once");
     assert_eq!(second, found);
     true
 }

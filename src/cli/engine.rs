@@ -1,7 +1,7 @@
 //! `crossgrain engine`: whether an external engine does what the protocol and the model say. And engines as they are named on the
 //! command line.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Subcommand, ValueEnum};
@@ -17,6 +17,7 @@ use crate::compare::from_runs::states_of;
 use crate::document::Section;
 use crate::engine::value_name;
 use crate::error::Error;
+use crate::files::Place;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report;
@@ -255,7 +256,7 @@ impl FromStr for Chosen {
             ("native", _) => Ok(Chosen::Native),
             ("yade", _) => Ok(Chosen::Yade),
             (_, Some(path)) => Ok(Chosen::Exec(path)),
-            _ if Path::new(text).is_file() => Err(format!(
+            _ if Place::from(text).is_file() => Err(format!(
                 "a program that is an engine is written exec:{text}"
             )),
             _ => Err(

@@ -1,6 +1,5 @@
 //! Where the record and the page of a job go.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -8,7 +7,8 @@ use clap::Args;
 use crate::document::Document;
 use crate::error::Error;
 use crate::files::{
-    FileError, failed, folder_lock, has_room, make_room, write_folder, write_whole,
+    FileError, Lock, Place, folder_lock, has_room, make_folder, make_room, write_folder,
+    write_whole,
 };
 use crate::progress::say;
 use crate::report::html::FIRST;
@@ -16,14 +16,15 @@ use crate::report::{Page, page};
 
 /// The folder of a long job, made if it is not there, for this process alone as long as the lock lives; the job is taken up again
 /// there. A finished one, which `record` tells, gets a number.
-pub fn open(folder: &Path, record: &str) -> Result<fs::File, Error> {
+pub fn open(folder: &Path, record: &str) -> Result<Lock, Error> {
     clear(folder, record)?;
-    let finished = || folder.join(record).exists();
-    if finished() || folder.metadata().is_ok_and(|of| !of.is_dir()) {
+    let finished = || Place::from((folder, record)).is_taken();
+    let place = Place::from(folder);
+    if finished() || (place.is_taken() && !place.is_folder()) {
         let path = folder.to_owned();
         return Err(Error::File(FileError::Exists { path }));
     }
-    fs::create_dir_all(folder).map_err(failed("create", folder))?;
+    make_folder(folder)?;
     let lock = folder_lock(folder)?;
     // Another process may have finished the job between the two.
     if finished() {
@@ -38,7 +39,7 @@ pub fn finish(folder: &Path, pages: &[Page], record: &str, text: &str) -> Result
     for page in pages {
         page.write(folder)?;
     }
-    write_whole(&folder.join(record), text.as_bytes())?;
+    write_whole((folder, record), text.as_bytes())?;
     Ok(())
 }
 
@@ -68,8 +69,7 @@ impl Results {
         clear(out, record)?;
         write_folder(out, |aside| {
             page(document).write(aside)?;
-            let write =
-                |(name, text): &(&str, &str)| write_whole(&aside.join(name), text.as_bytes());
+            let write = |(name, text): &(&str, &str)| write_whole((aside, *name), text.as_bytes());
             Ok::<(), Error>(files.iter().try_for_each(write)?)
         })?;
         say(page_line(out).trim_end());

@@ -1,7 +1,7 @@
 //! `crossgrain report`: what a finished job or run gives to people and to other programs.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
 
@@ -15,14 +15,13 @@ use crate::compare::baseline::{NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
-use crate::files::{
-    FileError, file_aside, into_place, refuse_existing, write_folder, write_named, write_whole,
-};
+use crate::files::{Aside, FileError, Place, refuse_existing, write_folder, write_named};
 use crate::limits::stability::time_step;
 use crate::progress::say;
 use crate::report;
-use crate::run::export::{pack_archive, vtk_files};
+use crate::run::export::{pack_archive, write_vtk};
 use crate::run::folder::RunFolder;
+use crate::workers::unless_asked_to_end;
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -143,7 +142,7 @@ impl Files {
         let paths = [&self.junit, &self.csv, &self.summary];
         for path in paths.into_iter().flatten() {
             let folder = path.parent().filter(|of| !of.as_os_str().is_empty());
-            if let Some(folder) = folder.filter(|of| !of.is_dir()) {
+            if let Some(folder) = folder.filter(|of| !Place::from(of).is_folder()) {
                 return Err(Error::Usage(format!(
                     "{} cannot be written: there is no folder {}; make it, or name another file",
                     path.display(),
@@ -413,8 +412,12 @@ impl OfRun {
         const RECORD: &str = "outcome.json";
         self.results.check(RECORD)?;
         let run = RunFolder::read(&self.run)?;
-        let document = report::outcome::document(&run, time_step::largest_share(&run)?);
         let text = json(&run.record)?;
+        let document = unless_asked_to_end(move || {
+            let share = time_step::largest_share(&run)?;
+            Ok::<_, Error>(report::outcome::document(&run, share))
+        });
+        let document = document.ok_or(Error::Interrupted)??;
         self.views.tell("report run", &text, &document)?;
         self.results.write(&document, &[(RECORD, &text)])?;
         Ok(document.exit_code())
@@ -434,15 +437,14 @@ impl Folders {
     fn vtk(self) -> Result<u8, Error> {
         refuse_existing(&self.out)?;
         let run = RunFolder::read(&self.run)?;
-        let mut files = vtk_files(&run.scene, &run.last, "").to_vec();
-        if let Some(settled) = &run.settled {
-            files.extend(vtk_files(&run.scene, settled, "settled-"));
-        }
+        let mut names = Vec::new();
         write_folder::<FileError>(&self.out, |aside| {
-            let mut files = files.iter();
-            files.try_for_each(|(name, text)| write_whole(&aside.join(name), text.as_bytes()))
+            names.extend(write_vtk(aside, &run.scene, &run.last, "")?);
+            if let Some(settled) = &run.settled {
+                names.extend(write_vtk(aside, &run.scene, settled, "settled-")?);
+            }
+            Ok(())
         })?;
-        let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
         print(&format!("{}: {}\n", self.out.display(), names.join(", ")))?;
         Ok(exit::AGREED)
     }
@@ -459,13 +461,9 @@ impl Folders {
                 self.out.display()
             )));
         };
-        let beside = match self.out.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut aside = file_aside(beside)?;
+        let mut aside = Aside::of(&self.out)?;
         pack_archive(&self.run, &run, name, &mut aside)?;
-        into_place(aside, &self.out)?;
+        aside.into_place()?;
         print(&format!("{}\n", self.out.display()))?;
         Ok(exit::AGREED)
     }

@@ -14,7 +14,7 @@ use crate::compare::baseline::{self, diff::diff};
 use crate::document::Document;
 use crate::engine::yade;
 use crate::error::Error;
-use crate::files::write_whole;
+use crate::files::{Place, write_whole};
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report::html::FIRST;
@@ -88,7 +88,7 @@ impl Arguments {
         // The recorded ones are of the paper's scene.
         let beside = Beside::read(&self.with, self.scene.is_none())?;
         let out = &self.out;
-        let has = |name: &str| out.join(name).exists();
+        let has = |name: &str| Place::from((out, name)).is_taken();
         if has("report.html") && !has("native") && !has(RECORD) {
             return Err(Error::Usage(format!(
                 "{} holds a report.html that is not of this job; name another folder",
@@ -113,7 +113,7 @@ impl Arguments {
             return Err(Error::Interrupted);
         }
         let scene = json(&runs.native.scene)?;
-        write_whole(&out.join("scene.json"), scene.as_bytes())?;
+        write_whole((out, "scene.json"), scene.as_bytes())?;
         let found = Found {
             checks: reproduction.checks(),
             measured: measured(&runs.native),

@@ -1,8 +1,8 @@
 //! `crossgrain run`: one scene, one engine, one run folder.
 
+use std::env;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use std::{env, fs};
 
 use clap::{Args, ValueEnum};
 use grains::native::timing::ThreadTime;
@@ -14,7 +14,7 @@ use crate::engine::exec::{ExternalEngine, usual_limits};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, value_name, yade};
 use crate::error::{Error, exit};
-use crate::files::{has_room, read_text, sha256_hex, write_whole};
+use crate::files::{has_room, make_folder, read_text, sha256_hex, size_and_age, write_whole};
 use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::report::outcome::answer;
@@ -256,7 +256,7 @@ impl Arguments {
         task.done(&format!("{:.4e} s{word}", choice.time_step));
         if let Some(path) = kept.filter(|_| word.is_empty()) {
             // What cannot be kept is probed again.
-            let _ = path.parent().map(fs::create_dir_all);
+            let _ = path.parent().map(make_folder);
             let _ = write_whole(&path, super::json(&choice)?.as_bytes());
         }
         *scene = time_step::with_step(scene, &choice);
@@ -324,8 +324,7 @@ fn kept_probe(scene: &Scene, share: f64) -> Option<PathBuf> {
     let home = || Some(PathBuf::from(env::var_os("HOME")?).join(".cache"));
     let cache = env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
     let cache = cache.filter(|of| of.is_absolute()).or_else(home)?;
-    let program = fs::metadata(env::current_exe().ok()?).ok()?;
-    let program = (program.len(), program.modified().ok()?);
+    let program = size_and_age(&env::current_exe().ok()?)?;
     let key = format!("{} {share:?} {program:?}", scene.digest());
     let name = format!("time-step-{}.json", sha256_hex(key.as_bytes()));
     Some(cache.join("crossgrain").join(name))

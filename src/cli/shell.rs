@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 use super::print;
 use crate::error::{Error, exit};
-use crate::files::failed;
+use crate::files::{failed, make_folder};
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -44,7 +44,7 @@ impl Verb {
                 clap_complete::generate(shell, &mut command, "crossgrain", &mut text);
             }
             Verb::Man { out: Some(folder) } => {
-                std::fs::create_dir_all(&folder).map_err(failed("create", &folder))?;
+                make_folder(&folder)?;
                 clap_mangen::generate_to(command, &folder).map_err(failed("write", &folder))?;
             }
             Verb::Man { out: None } => clap_mangen::Man::new(command).render(&mut text)?,

@@ -14,7 +14,7 @@ use super::{json, print, tell};
 use crate::checks::Outcome;
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
-use crate::files::{failed, write_whole};
+use crate::files::{failed, make_folder, write_whole};
 use crate::limits::stability::Stability;
 use crate::progress::{Display, say};
 use crate::report::disc_field::of_figure_4;
@@ -291,7 +291,7 @@ impl SlurmArguments {
 pub fn report(folder: &Path, views: &Views, stays: bool) -> Result<u8, Error> {
     let report = open(folder)?.judge()?;
     page(&report.document).write(folder)?;
-    write_whole(&folder.join(RECORD), report.text.as_bytes())?;
+    write_whole((folder, RECORD), report.text.as_bytes())?;
     views.tell(&report.record.job, &report.text, &report.document)?;
     if stays && !views.json {
         print(&page_line(folder))?;
@@ -395,7 +395,7 @@ impl Figures {
         }
         // A place that cannot be written is told before seconds of work.
         let out = self.out;
-        std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
+        make_folder(&out)?;
         let plots = members.iter().flat_map(Distribution::plots);
         let fifth = Section::new("Figure 5", words).with_all(plots);
         let chains = force_chains(&loaded_bed(&scene)?)?;

@@ -12,7 +12,9 @@ use serde::{Deserialize, Serialize};
 use crate::checks::record::{Record, UNSEALED, is_sealed, sealed};
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table, rounded};
-use crate::files::{FileError, failed, read_text, sha256_hex, write_new, write_whole};
+use crate::files::{
+    FileError, Listed, Place, listed, make_folder, read_text, sha256_hex, write_new, write_whole,
+};
 
 /// The version of a baseline's file.
 const VERSION: u32 = 2;
@@ -60,6 +62,9 @@ pub enum BaselineError {
 /// Where there is no baseline.
 pub const NONE: &str = "there are none yet; crossgrain report baseline save makes one";
 
+/// As many files of a folder of baselines are looked at.
+const MOST_FILES: usize = 100_000;
+
 /// The folder of baselines.
 #[derive(Debug, Clone)]
 pub struct Store(PathBuf);
@@ -70,7 +75,8 @@ impl Store {
         Store(folder.to_owned())
     }
 
-    fn path(&self, name: &str) -> Result<PathBuf, BaselineError> {
+    /// The name of its file in the folder.
+    fn file(name: &str) -> Result<String, BaselineError> {
         let plain = |letter: char| letter.is_ascii_alphanumeric() || "._-".contains(letter);
         let sound = !name.is_empty()
             && name.len() <= LONGEST_NAME
@@ -79,17 +85,18 @@ impl Store {
         if !sound {
             return Err(BaselineError::Name(name.to_owned()));
         }
-        Ok(self.0.join(format!("{name}.json")))
+        Ok(format!("{name}.json"))
     }
 
     /// Keeps the record of a finished job; a baseline of that name stays as it is unless it is to be replaced.
     pub fn save(&self, record: &Path, name: &str, replace: bool) -> Result<PathBuf, BaselineError> {
-        let path = self.path(name)?;
+        let file = Store::file(name)?;
+        let place = Place::from((&self.0, &file));
         let exists = || BaselineError::Exists {
             name: name.to_owned(),
             store: self.0.display().to_string(),
         };
-        if path.exists() && !replace {
+        if place.is_taken() && !replace {
             return Err(exists());
         }
         let text = read_text(record, LONGEST)?;
@@ -105,10 +112,10 @@ impl Store {
             reason: error.to_string(),
         };
         let text = serde_json::to_string_pretty(&baseline).map_err(malformed)?;
-        std::fs::create_dir_all(&self.0).map_err(failed("create", &self.0))?;
+        make_folder(&self.0)?;
         let write = if replace { write_whole } else { write_new };
-        match write(&path, sealed(&text).as_bytes()) {
-            Ok(()) => Ok(path),
+        match write(place, sealed(&text).as_bytes()) {
+            Ok(()) => Ok(place.path()),
             // Another program was faster.
             Err(FileError::Exists { .. }) => Err(exists()),
             Err(error) => Err(error.into()),
@@ -116,8 +123,9 @@ impl Store {
     }
 
     pub fn load(&self, name: &str) -> Result<Baseline, BaselineError> {
-        let path = self.path(name)?;
-        if !path.exists() {
+        let file = Store::file(name)?;
+        let place = Place::from((&self.0, &file));
+        if !place.is_taken() {
             let names = self.names()?;
             return Err(BaselineError::Missing {
                 name: name.to_owned(),
@@ -129,10 +137,10 @@ impl Store {
             });
         }
         let malformed = |reason: String| BaselineError::Malformed {
-            path: path.display().to_string(),
+            path: place.path().display().to_string(),
             reason,
         };
-        let text = read_text(&path, LONGEST)?;
+        let text = read_text(place, LONGEST)?;
         let baseline: Baseline =
             serde_json::from_str(&text).map_err(|error| malformed(error.to_string()))?;
         if baseline.baseline == VERSION && !is_sealed(&text) {
@@ -149,19 +157,9 @@ impl Store {
 
     /// The names of all baselines, in order; none where there is no such folder.
     pub fn names(&self) -> Result<Vec<String>, BaselineError> {
-        let entries = match std::fs::read_dir(&self.0) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(error) => return Err(failed("read", &self.0)(error).into()),
-        };
-        let mut names = Vec::new();
-        for entry in entries {
-            let path = entry.map_err(failed("read", &self.0))?.path();
-            let json = path.extension().is_some_and(|end| end == "json");
-            if let (true, Some(name)) = (json, path.file_stem().and_then(|name| name.to_str())) {
-                names.push(name.to_owned());
-            }
-        }
+        let found = listed(&self.0, MOST_FILES)?.into_iter();
+        let name = |of: Listed| Some(of.name.to_str()?.strip_suffix(".json")?.to_owned());
+        let mut names: Vec<String> = found.filter_map(name).collect();
         names.sort();
         Ok(names)
     }

@@ -5,8 +5,6 @@ use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
-use std::fs::{self, File};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -15,11 +13,14 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::read::{self, Timed, TimedSteps};
-use super::watch::{self, Beats, Done, Limits, end_of, length, watch};
+use super::watch::{self, Beats, Done, Limits, end_of, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
 use super::{ProgramError, Result, nonsense};
 use crate::child::{Group, on_path};
-use crate::files::{FileError, failed, file_digest, read_text, sha256_hex, write_whole};
+use crate::files::{
+    FileError, Listed, Place, created, failed, file_digest, listed, make_executable, new_folder,
+    read_text, sha256_hex, size_of_folder, whole_path, write_whole,
+};
 use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
@@ -126,7 +127,7 @@ struct Beside {
 
 impl Beside {
     fn of(program: &Path) -> Result<Self, FileError> {
-        let program = &fs::canonicalize(program).map_err(failed("find", program))?;
+        let program = &whole_path(program)?;
         let folder = program.parent().unwrap_or(program);
         let mut unseen = MOST_ENTRIES;
         let mut by_word: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
@@ -136,7 +137,7 @@ impl Beside {
                 continue;
             };
             let (stem, end) = name.split_once('.').unwrap_or((name, ""));
-            let is_bare = end.is_empty() && !path.is_dir();
+            let is_bare = end.is_empty() && !Place::from(&path).is_folder();
             let whole = if is_bare {
                 format!("/{name}")
             } else {
@@ -167,7 +168,7 @@ impl Beside {
                     if path == *program || beside.files.contains_key(&name) {
                         continue;
                     }
-                    let length = path.metadata().map_err(failed("find", &path))?.len();
+                    let length = Place::from(&path).length();
                     if beside.files.len() >= MOST_BESIDE.0 || bytes + length > MOST_BESIDE.1 {
                         beside.left_out = true;
                         continue;
@@ -191,26 +192,22 @@ fn is_code(path: &Path) -> bool {
 
 /// Files and folders in a folder, in order; what this user cannot read is nothing, since the program cannot read it either.
 fn entries(folder: &Path, unseen: &mut usize) -> Vec<PathBuf> {
-    let found = fs::read_dir(folder).into_iter().flatten().flatten();
-    let found = found.take(*unseen).inspect(|_| *unseen -= 1);
-    let sound = found.filter(|of| {
-        let kind = of.file_type();
-        kind.is_ok_and(|of| of.is_file() || of.is_dir()) && of.file_name() != "__pycache__"
-    });
-    let mut paths: Vec<PathBuf> = sound.map(|of| of.path()).collect();
-    paths.sort();
-    paths
+    let found = listed(folder, *unseen).unwrap_or_default();
+    *unseen -= found.len();
+    let is_sound = |of: &Listed| (of.is_file || of.is_folder) && of.name != "__pycache__";
+    let sound = found.into_iter().filter(is_sound);
+    sound.map(|of| of.path).collect()
 }
 
 /// A file itself; of a folder what it and the folders in it have of Python and libraries.
 fn files_of(path: PathBuf, unseen: &mut usize) -> Vec<PathBuf> {
-    if !path.is_dir() {
+    if !Place::from(&path).is_folder() {
         return vec![path];
     }
     let (mut files, mut folders) = (Vec::new(), vec![path]);
     while let Some(folder) = folders.pop() {
         let found = entries(&folder, unseen).into_iter();
-        let (inside, here): (Vec<_>, Vec<_>) = found.partition(|of| of.is_dir());
+        let (inside, here): (Vec<_>, Vec<_>) = found.partition(|of| Place::from(of).is_folder());
         folders.extend(inside);
         files.extend(here.into_iter().filter(|of| is_code(of)));
     }
@@ -252,7 +249,7 @@ impl ExternalEngine {
     /// that are no code may be written by the program itself.
     fn check_unchanged(&self) -> Result<()> {
         let path = &self.options.program;
-        if path.exists() && digest_with(path, is_code)? != self.code {
+        if Place::from(path).is_taken() && digest_with(path, is_code)? != self.code {
             return Err(ProgramError::Changed { path: path.clone() });
         }
         Ok(())
@@ -334,8 +331,7 @@ impl Adapter {
         for (name, text) in MODULES {
             write_whole(&folder.join(format!("{name}.py")), text.as_bytes())?;
         }
-        fs::set_permissions(&program, fs::Permissions::from_mode(0o755))
-            .map_err(failed("change", &program))?;
+        make_executable(&program)?;
         ExternalEngine::ask(Options {
             program,
             limits: limits.clone(),
@@ -437,12 +433,12 @@ const COMPLAINED: &str = "engine-errors.log";
 
 /// What the engine wrote on its standard output and error; of a very long log the end.
 pub fn log(work: &Path) -> String {
-    watch::log(&work.join(SAID))
+    watch::log((work, SAID))
 }
 
 /// Has the engine do the job in `work`.
 fn start(options: &Options, work: &Path, observer: &mut dyn Observer) -> Result<Done> {
-    let work = &fs::canonicalize(work).map_err(failed("find", work))?;
+    let work = &whole_path(work)?;
     let mut command = program(options)?;
     command.arg("run").arg(work);
     let limits = &options.limits;
@@ -467,7 +463,7 @@ fn not_started<E: Display>(path: &Path) -> impl FnOnce(E) -> ProgramError {
 
 fn program(options: &Options) -> Result<Command> {
     // The path as it is: nothing is looked up, and no shell sees it.
-    let program = fs::canonicalize(&options.program).map_err(not_started(&options.program))?;
+    let program = whole_path(&options.program).map_err(not_started(&options.program))?;
     Ok(Command::new(program))
 }
 
@@ -481,15 +477,11 @@ pub fn finish(
     observer: &mut dyn Observer,
     fits: &mut dyn FnMut() -> bool,
 ) -> Result<Done> {
-    let create = |name: &str| {
-        let path = work.join(name);
-        File::create(&path).map_err(failed("create", &path))
-    };
-    let output = create(SAID)?;
+    let output = created((work, SAID))?;
     let errors = if errors == SAID {
         output.try_clone().map_err(failed("create", work))?
     } else {
-        create(errors)?
+        created((work, errors))?
     };
     command
         .current_dir(work)
@@ -502,16 +494,16 @@ pub fn finish(
     let path = PathBuf::from(command.get_program());
     let child = Group::spawn(command).map_err(not_started(&path))?;
     let mut beats = Beats::default();
-    let said = work.join(SAID);
+    let said = Place::from((work, SAID));
     let written = written(work);
     let mut look = || {
-        if let Some((stage, step, share)) = beats.newest(&said) {
+        if let Some((stage, step, share)) = beats.newest(said) {
             observer.progress(stage, step, share);
         }
-        fits().then(|| length(&said) + written())
+        fits().then(|| said.length() + written())
     };
     let done = watch(child, limits, &mut look, &written, work);
-    let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
+    let log = || end_of(&[log(work), watch::log((work, COMPLAINED))].concat());
     match done {
         Ok(done) if done.status.success() => Ok(done),
         Ok(done) => Err(ProgramError::Crashed {
@@ -538,19 +530,6 @@ fn written(folder: &Path) -> impl Fn() -> u64 {
         counted.set((Instant::now() + pause, bytes));
         bytes
     }
-}
-
-/// Bytes of all files in a folder and in those inside it. What comes or goes meanwhile counts or does not.
-fn size_of_folder(folder: &Path) -> u64 {
-    let Ok(entries) = fs::read_dir(folder) else {
-        return 0;
-    };
-    let size = |entry: fs::DirEntry| match entry.metadata() {
-        Ok(of) if of.is_dir() => size_of_folder(&entry.path()),
-        Ok(of) => of.len(),
-        Err(_) => 0,
-    };
-    entries.flatten().map(size).sum()
 }
 
 /// What is told of a punch.
@@ -622,7 +601,7 @@ fn case_name(index: usize) -> String {
 pub fn write_cases(work: &Path, cases: &[&Case], settings: &Value) -> Result<()> {
     for (index, case) in cases.iter().enumerate() {
         let folder = case_folder(work, index);
-        fs::create_dir(&folder).map_err(failed("create", &folder))?;
+        new_folder(&folder)?;
         let job = json!({
             "kind": "case",
             "name": case.name,
@@ -661,7 +640,7 @@ pub fn write_timing(
 }
 
 fn write_grains(work: &Path, bodies: &Bodies) -> Result<()> {
-    text::write_bodies(&work.join("initial.csv"), bodies).map_err(|error| match error {
+    text::write_bodies((work, "initial.csv"), bodies).map_err(|error| match error {
         FileError::Unfit(words) => nonsense(words),
         error => ProgramError::File(error),
     })

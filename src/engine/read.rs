@@ -3,14 +3,14 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::exec::case_folder;
 use super::{ProgramError, Result, ensure, nonsense, parsed, read_json};
-use crate::files::{FileError, read_text, regular};
+use crate::files::{FileError, Place, read_text, regular};
 use crate::tables as text;
 use grains::model::Model;
 use grains::native::check_moment;
@@ -73,8 +73,11 @@ pub struct CaseRun {
     pub effective: Option<Effective>,
 }
 
-/// The most that an engine may say of its parameters, bytes.
-const LONGEST_PARAMETERS: u64 = 1 << 28;
+/// The most that an engine may say of its parameters, bytes, and for each grain with its contacts.
+const LONGEST_PARAMETERS: u64 = 1 << 20;
+const LONGEST_OF_GRAIN: u64 = 1 << 12;
+/// The longest line that can end a stage or refuse a job, bytes.
+const LONGEST_WORD: usize = 1 << 16;
 
 /// The moments of a job, which are checked against the start that the engine was given.
 struct Moments<'a> {
@@ -175,10 +178,11 @@ fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>> {
         Ok(list) => list,
         Err(reason) => return Ok(Err(reason)),
     };
-    let path = folder.join("effective.json");
+    let place = Place::from((folder, "effective.json"));
     let named = format!("{name}effective.json");
-    let read = || read_json(&path, LONGEST_PARAMETERS, &named);
-    let effective = path.exists().then(read).transpose()?;
+    let longest = LONGEST_PARAMETERS + LONGEST_OF_GRAIN * case.bodies.len() as u64;
+    let read = || read_json(place, longest, &named);
+    let effective = place.is_taken().then(read).transpose()?;
     let mut track = Vec::with_capacity(case.moments.len());
     let mut loads = Vec::new();
     let mut lines = list.lines();
@@ -296,25 +300,17 @@ pub fn timed(work: &Path, model: &Model, start: &Bodies, steps: TimedSteps) -> R
     })
 }
 
-/// What an engine writes is in its own files: a link could lead to anybody's.
-fn own(folder: &Path, name: &str) -> Result<PathBuf, FileError> {
-    let path = folder.join(name);
-    match path.symlink_metadata().is_ok_and(|of| of.is_symlink()) {
-        true => Err(FileError::NotAFile { path }),
-        false => Ok(path),
-    }
-}
-
 /// Whether a line is an object with this key, at any place in it.
 fn has_key(line: &str, key: &str) -> bool {
     type Object = serde_json::Map<String, serde_json::Value>;
-    line.contains(key) && serde_json::from_str::<Object>(line).is_ok_and(|of| of.contains_key(key))
+    line.len() <= LONGEST_WORD
+        && line.contains(key)
+        && serde_json::from_str::<Object>(line).is_ok_and(|of| of.contains_key(key))
 }
 
 /// `done.json`, with the engine's own count of steps.
 fn done<T: DeserializeOwned>(work: &Path) -> Result<T> {
-    let text = own(work, "done.json")
-        .and_then(|path| read_text(&path, 1 << 16))
+    let text = read_text((work, "done.json"), 1 << 16)
         .map_err(|error| nonsense(format!("it ended well before the job was done: {error}")))?;
     parsed(&text, "done.json")
 }
@@ -343,8 +339,7 @@ impl<'a> Moments<'a> {
 
     /// The lines of `moments.jsonl`, or why it refused the job.
     fn list(&self) -> Result<Result<String, String>> {
-        let path = own(self.folder, "moments.jsonl");
-        let list = path.and_then(|path| read_text(&path, LONGEST_LIST));
+        let list = read_text((self.folder, "moments.jsonl"), LONGEST_LIST);
         let list = list.map_err(|error| {
             let why = "it ended well, but its list of moments is not there";
             nonsense(format!("{}{why}: {error}", self.name))
@@ -386,18 +381,17 @@ impl<'a> Moments<'a> {
 
     /// The tables of a moment as text.
     fn tables(&self, stage: Stage, step: u64, at: &str) -> Result<(Bodies, Vec<Contact>)> {
-        let table = |what: &str| own(self.folder, &format!("{}-{step}-{what}.csv", stage.name()));
+        let name = |what: &str| format!("{}-{step}-{what}.csv", stage.name());
         // By its name in the job's folder: that is moved or removed before anybody reads this.
         let place = format!("{}/", self.folder.display());
         let broken = |error: FileError| {
             let error = error.to_string().replace(&place, "");
             nonsense(format!("{at}: {error}"))
         };
-        let read = |path: PathBuf| text::read_bodies(&path, self.ids.grains);
-        let bodies = table("bodies").and_then(read);
+        let bodies = text::read_bodies((self.folder, &name("bodies")), self.ids.grains);
         let bodies = bodies.map_err(broken)?;
         self.same_grains(&bodies, at)?;
-        let contacts = table("contacts").and_then(|path| text::read_contacts(&path, self.ids));
+        let contacts = text::read_contacts((self.folder, &name("contacts")), self.ids);
         let contacts = contacts.map_err(broken)?;
         Ok((bodies, contacts))
     }
@@ -454,7 +448,7 @@ impl<'a> Moments<'a> {
     /// The next numbers of `tables.bin`.
     fn take(&mut self, count: usize, at: &str) -> Result<Vec<f64>> {
         if self.numbers.is_none() {
-            let file = own(self.folder, "tables.bin").and_then(|path| regular(&path));
+            let file = regular((self.folder, "tables.bin"));
             let file = file.map_err(|error| nonsense(format!("{at}: tables.bin: {error}")))?;
             self.numbers = Some(BufReader::new(file));
         }

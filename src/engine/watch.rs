@@ -1,7 +1,6 @@
 //! Watching a program that works in a folder: how long it takes, whether it still moves, how much memory and room
 //! it takes. Whoever goes beyond a limit is ended with all that it has started.
 
-use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::process::ExitStatus;
@@ -10,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::{ProgramError, Result, nonsense};
 use crate::child::{Group, LOOK_EVERY};
-use crate::files::{failed, regular};
+use crate::files::{Place, failed, regular};
 use crate::workers::asked_to_end;
 use grains::tables::Stage;
 
@@ -108,16 +107,11 @@ fn weigh(child: &mut Group, limits: &Limits, written: &dyn Fn() -> u64) -> Resul
     check("output", &mut &*written, limits.output)
 }
 
-/// Bytes of a file; 0 if there is none.
-pub fn length(path: &Path) -> u64 {
-    fs::metadata(path).map_or(0, |data| data.len())
-}
-
 /// What a program wrote on its standard output and error; of a very long log the end.
-pub fn log(path: &Path) -> String {
+pub fn log<'a>(place: impl Into<Place<'a>>) -> String {
     let mut bytes = Vec::new();
     // A pipe in its place would never end.
-    if let Ok(mut file) = regular(path) {
+    if let Ok(mut file) = regular(place) {
         let length = file.metadata().map_or(0, |data| data.len());
         // What could be read of it is better than nothing.
         let _ = file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_LOG)));
@@ -145,8 +139,8 @@ pub struct Beats {
 
 impl Beats {
     /// The newest whole line since the last look. It is for display only, so what cannot be read is passed over.
-    pub fn newest(&mut self, path: &Path) -> Option<(Stage, u64, f64)> {
-        let mut file = regular(path).ok()?;
+    pub fn newest(&mut self, place: Place) -> Option<(Stage, u64, f64)> {
+        let mut file = regular(place).ok()?;
         file.seek(SeekFrom::Start(self.read)).ok()?;
         let mut new = Vec::new();
         file.take(1 << 16).read_to_end(&mut new).ok()?;

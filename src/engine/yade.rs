@@ -3,9 +3,7 @@
 
 use std::env;
 use std::ffi::OsStr;
-use std::fs;
 use std::io::{BufRead, BufReader, Read};
-use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -17,7 +15,7 @@ use super::read::{Timed, TimedSteps};
 use super::watch::{Done, Limits};
 use super::{ProgramError, Result, ensure, exec, nonsense, read, read_json};
 use crate::child::on_path;
-use crate::files::{failed, sha256_hex, write_whole};
+use crate::files::{Place, link, new_folder, regular, sha256_hex, whole_path, write_whole};
 use grains::model::Model;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
@@ -255,7 +253,7 @@ pub struct Proposal {
 pub fn propose(cases: &[&Case], options: &Options, work: &Path) -> Result<(Vec<Proposal>, String)> {
     let version = start_cases(cases, PROPOSE_STEPS, options, work, &mut ())?;
     let name = "proposals.json";
-    let proposals: Vec<Proposal> = read_json(&work.join(name), 1 << 24, name)?;
+    let proposals: Vec<Proposal> = read_json(Place::from((work, name)), 1 << 24, name)?;
     let (found, wanted) = (proposals.len(), cases.len());
     ensure(found == wanted, || {
         format!("{name} has {found} steps for {wanted} cases")
@@ -296,7 +294,7 @@ fn start(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<(Done, String)> {
-    let work = &fs::canonicalize(work).map_err(failed("find", work))?;
+    let work = &whole_path(work)?;
     // YADE ends with an error of its own where its home is not text.
     if work.to_str().is_none() {
         let folder = work.display();
@@ -305,13 +303,12 @@ fn start(
         )));
     }
     let home = work.join("home");
-    fs::create_dir(&home).map_err(failed("create", &home))?;
+    new_folder(&home)?;
     for (name, text) in [script, SHARED] {
-        write_whole(&work.join(name), text.as_bytes())?;
+        write_whole((work, name), text.as_bytes())?;
     }
     // Under this name Python imports the program, and the program then opens no socket.
-    let link = work.join("yadeimport.py");
-    symlink(&yade.program, &link).map_err(failed("create", &link))?;
+    link(&yade.program, &work.join("yadeimport.py"))?;
     let under = options.under.iter().map(OsStr::new);
     let mut words = under.chain([yade.interpreter.as_os_str(), OsStr::new(script.0)]);
     let mut command = Command::new(words.next().unwrap_or_default());
@@ -353,11 +350,11 @@ fn hello(work: &Path) -> Result<Option<String>> {
     struct Hello {
         version: String,
     }
-    let path = work.join("hello.json");
-    if !path.is_file() {
+    let place = Place::from((work, "hello.json"));
+    if !place.is_file() {
         return Ok(None);
     }
-    let hello: Hello = read_json(&path, 1 << 16, "hello.json")?;
+    let hello: Hello = read_json(place, 1 << 16, "hello.json")?;
     let number = |text: &str| -> Option<u32> {
         let digits: String = text.chars().take_while(char::is_ascii_digit).collect();
         digits.parse().ok()
@@ -395,12 +392,11 @@ pub fn find(program: Option<&Path>) -> Result<Installation> {
             .ok_or_else(|| missing("there is no program `yade` on the path".to_owned()))?,
     };
     let unusable = |why: &str| missing(format!("{} {why}", program.display()));
-    let program = fs::canonicalize(&program).map_err(|_| unusable("does not exist"))?;
-    // Asked before opening: opening a pipe would wait for a writer.
-    if !program.is_file() {
+    let program = whole_path(&program).map_err(|_| unusable("does not exist"))?;
+    if !Place::from(&program).is_file() {
         return Err(unusable("is not a file"));
     }
-    let file = fs::File::open(&program).map_err(|_| unusable("cannot be opened"))?;
+    let file = regular(&program).map_err(|_| unusable("cannot be opened"))?;
     let mut first = String::new();
     BufReader::new(file.take(LONGEST_LINE))
         .read_line(&mut first)
@@ -408,7 +404,7 @@ pub fn find(program: Option<&Path>) -> Result<Installation> {
     let interpreter = first
         .strip_prefix("#!")
         .and_then(interpreter)
-        .filter(|interpreter| interpreter.is_file())
+        .filter(|interpreter| Place::from(interpreter).is_file())
         .ok_or_else(|| unusable("does not name a Python interpreter in its first line"))?;
     Ok(Installation {
         program,
@@ -419,7 +415,7 @@ pub fn find(program: Option<&Path>) -> Result<Installation> {
 /// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
 pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf> {
     let of = find(program)?.program.with_file_name(name);
-    match of.is_file() {
+    match Place::from(&of).is_file() {
         true => Ok(of),
         false => Err(missing(format!("{} does not exist", of.display()))),
     }

@@ -19,7 +19,7 @@ use crate::compare::first_steps::Asked;
 use crate::engine::exec::Description;
 use crate::engine::yade::{Proposal, propose};
 use crate::engine::{EngineError, ProgramError};
-use crate::files::failed;
+use crate::files::new_folder;
 use crate::study::machine::Folder;
 use crate::study::plan::Program;
 use crate::study::realization::{Engines, Runner};
@@ -365,8 +365,7 @@ impl SceneTrials {
         let mut starts = 0..;
         let mut place = || {
             let path = work.join(starts.next().unwrap_or(0).to_string());
-            let made = std::fs::create_dir(&path).map_err(failed("create", &path));
-            made.map(|()| path).map_err(ProgramError::from)
+            new_folder(&path).map(|()| path).map_err(ProgramError::from)
         };
         let [at_random, in_mode] = self.disturbed.clone();
         let searches = [(at_random, &self.row.undamped), (in_mode, &self.row.damped)]

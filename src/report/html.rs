@@ -9,7 +9,7 @@ use crate::checks::{Check, Outcome, Tally, slug};
 use crate::compare::baseline::diff::Diff;
 use crate::document::{Block, Cell, Document, Section, Table, Tile, harmless};
 use crate::error::Error;
-use crate::files::{failed, sha256_hex, write_whole};
+use crate::files::{make_folder, sha256_hex, write_whole};
 
 /// The folder of a page's figures and tables, beside the page.
 pub const FOLDER: &str = "figures";
@@ -33,15 +33,14 @@ pub struct Page {
 impl Page {
     /// Writes the files into `folder`/figures and then the page, which links to them.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        let figures = folder.join(FOLDER);
         if !self.files.is_empty() {
-            std::fs::create_dir_all(&figures).map_err(failed("create", &figures))?;
+            make_folder((folder, FOLDER))?;
         }
         for (name, contents) in &self.files {
-            write_whole(&figures.join(name), contents.as_bytes())?;
+            write_whole((folder, &format!("{FOLDER}/{name}")), contents.as_bytes())?;
         }
-        let page = folder.join(format!("{}.html", self.name));
-        Ok(write_whole(&page, self.html.as_bytes())?)
+        let page = format!("{}.html", self.name);
+        Ok(write_whole((folder, &page), self.html.as_bytes())?)
     }
 
     /// A file; the value is the name, which may have got a number to be unique, without its end.

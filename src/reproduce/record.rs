@@ -9,7 +9,7 @@ use crate::checks::{Check, Measured, Outcome, Speed};
 use crate::compare::{Comparison, first_steps};
 use crate::document::Document;
 use crate::error::Error;
-use crate::files::{read_text, unpacked};
+use crate::files::{Place, read_text, unpacked};
 use crate::limits::stability::Map;
 use crate::paper::published::{HEIGHTS, POROSITIES, Printed, printed};
 use crate::paper::{self, Number};
@@ -254,7 +254,7 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
 }
 
 /// The most of a record that is read, bytes.
-const LARGEST: u64 = 1 << 28;
+const LARGEST: u64 = 1 << 25;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stated {
@@ -411,11 +411,11 @@ impl Beside {
 impl Kind {
     /// The record of this job in a folder; studies of all kinds have the same file, which says whose it is.
     fn find(&self, folder: &Path) -> Result<Option<(PathBuf, String)>, Error> {
-        let path = folder.join(self.file);
-        if !path.is_file() {
+        let (path, place) = (folder.join(self.file), Place::from((folder, self.file)));
+        if !place.is_taken() {
             return Ok(None);
         }
-        let text = read_text(&path, LARGEST)?;
+        let text = read_text(place, LARGEST)?;
         let job = serde_json::from_str::<Head>(&text).map_or(None, |head| head.job);
         Ok(job
             .is_none_or(|job| job == self.job)

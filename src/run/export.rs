@@ -6,23 +6,21 @@
 //! For ParaView a bed as VTK PolyData (XML, ASCII, every number with all its digits): grains, contacts, cells. The plane is x and
 //! z, y is 0, as in the scene; look along y. Format: "VTK XML Formats" of VTK's documentation.
 
-use std::fmt::Write as _;
-use std::fs;
-use std::io::Write;
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use flate2::{Compression, GzBuilder};
 use serde_json::{Value, json};
 
-use crate::files::{FileError, failed, sha256_hex};
-use crate::run::folder::{FILES, Moment, RunFolder, SUMS, sum_line};
+use crate::files::{Aside, FileError, Heeding, Place, failed, file_digest, regular, sha256_hex};
+use crate::run::folder::{FILES, Moment, RunFolder, SUMS, packed, sum_line};
 use grains::measure::cells;
 use grains::measure::stress::{Components, of_grains};
 use grains::scene::Scene;
-use grains::tables::{Bodies, BodyIds, Contact};
+use grains::tables::BodyIds;
 
-/// Longest file that is packed, bytes.
-const LONGEST: u64 = 2_000_000_000;
+/// The description in the archive.
+const ABOUT: &str = "ro-crate-metadata.json";
 
 /// Packs a run folder that was read and found whole, as tar.gz, under a folder of this name. The same folder gives the same bytes.
 pub fn pack_archive(
@@ -31,52 +29,60 @@ pub fn pack_archive(
     name: &str,
     to: &mut dyn Write,
 ) -> Result<(), FileError> {
-    let mut members: Vec<(String, Vec<u8>)> = Vec::new();
+    // Name, bytes and digest of what stands in the folder.
+    let mut members: Vec<(String, u64, String)> = Vec::new();
     let mut parts = Vec::new();
     for (file, words) in FILES {
-        for file in [file.to_owned(), format!("{file}.gz")] {
-            let path = folder.join(&file);
-            let kind = match path.extension().and_then(|end| end.to_str()) {
-                Some("json") => "application/json",
-                Some("csv") => "text/csv",
-                Some("gz") => "application/gzip",
-                _ => "text/plain",
-            };
-            let Ok(about) = fs::metadata(&path) else {
-                continue;
-            };
-            if about.len() > LONGEST {
-                let limit = LONGEST;
-                return Err(FileError::TooLarge { path, limit });
-            }
-            let bytes = fs::read(&path).map_err(failed("read", &path))?;
-            parts.push(json!({
-                "@id": file, "@type": "File", "description": words, "encodingFormat": kind,
-                "contentSize": bytes.len().to_string(), "sha256": sha256_hex(&bytes),
-            }));
-            members.push((file, bytes));
+        // The one that was read and found whole.
+        let file = packed(folder, file);
+        let place = Place::from((folder, &file));
+        if !place.is_taken() {
+            continue;
         }
+        let kind = match file.rsplit_once('.') {
+            Some((_, "json")) => "application/json",
+            Some((_, "csv")) => "text/csv",
+            Some((_, "gz")) => "application/gzip",
+            _ => "text/plain",
+        };
+        let (bytes, digest) = (place.length(), file_digest(place)?);
+        parts.push(json!({
+            "@id": file, "@type": "File", "description": words, "encodingFormat": kind,
+            "contentSize": bytes.to_string(), "sha256": digest,
+        }));
+        members.push((file, bytes, digest));
     }
-    let crate_text =
-        serde_json::to_string_pretty(&description(run, name, parts)).unwrap_or_default() + "\n";
-    members.push(("ro-crate-metadata.json".to_owned(), crate_text.into_bytes()));
+    let about = description(run, name, parts);
+    let about = serde_json::to_string_pretty(&about).unwrap_or_default() + "\n";
+    let (bytes, digest) = (about.len() as u64, sha256_hex(about.as_bytes()));
+    members.push((ABOUT.to_owned(), bytes, digest));
     members.sort();
-    let sum = |(file, bytes): &(String, Vec<u8>)| sum_line(&sha256_hex(bytes), file);
+    let sum = |(file, _, digest): &(String, u64, String)| sum_line(digest, file);
     let sums: String = members.iter().map(sum).collect();
-    members.push((SUMS.to_owned(), sums.into_bytes()));
+    members.push((SUMS.to_owned(), sums.len() as u64, String::new()));
     // No time and no name in the head, so that the same folder gives the same bytes.
+    let place = Path::new(name);
+    let to = Heeding(to, place);
     let packed = GzBuilder::new().mtime(0).write(to, Compression::best());
     let mut archive = tar::Builder::new(packed);
-    let place = Path::new(name);
-    let written = members.iter().try_for_each(|(file, bytes)| {
+    let mut add = |file: &str, bytes: u64, from: &mut dyn Read| {
         let mut head = tar::Header::new_ustar();
-        head.set_size(bytes.len() as u64);
+        head.set_size(bytes);
         head.set_mode(0o644);
         head.set_mtime(0);
-        archive.append_data(&mut head, place.join(file), bytes.as_slice())
-    });
-    written
-        .and_then(|()| archive.into_inner()?.finish().map(|_| ()))
+        archive.append_data(&mut head, place.join(file), from.take(bytes))
+    };
+    for (file, bytes, _) in &members {
+        let written = match file.as_str() {
+            ABOUT => add(file, *bytes, &mut about.as_bytes()),
+            SUMS => add(file, *bytes, &mut sums.as_bytes()),
+            _ => add(file, *bytes, &mut regular((folder, file))?),
+        };
+        written.map_err(failed("write", place))?;
+    }
+    archive
+        .into_inner()
+        .and_then(|packed| packed.finish().map(drop))
         .map_err(failed("write", place))
 }
 
@@ -111,21 +117,38 @@ fn description(run: &RunFolder, name: &str, parts: Vec<Value>) -> Value {
     json!({"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph})
 }
 
-/// A column: its name, how many numbers an element has, and the numbers.
-type Column = (&'static str, usize, Vec<f64>);
-
-fn vector(name: &'static str, values: impl Iterator<Item = [f64; 2]>) -> Column {
-    let values = values.flat_map(|[x, z]| [x, 0.0, z]);
-    (name, 3, values.collect())
+/// A column: its name, and what the element with this index has.
+enum Column<'a> {
+    One(&'static str, Box<dyn Fn(usize) -> f64 + 'a>),
+    /// A vector in the plane.
+    Plane(&'static str, Box<dyn Fn(usize) -> [f64; 2] + 'a>),
 }
 
-/// The three files of a moment, as name and text.
-pub fn vtk_files(scene: &Scene, moment: &Moment, prefix: &str) -> [(String, String); 3] {
-    [
-        (format!("{prefix}grains.vtp"), grains(scene, moment)),
-        (format!("{prefix}contacts.vtp"), contacts(moment)),
-        (format!("{prefix}cells.vtp"), cells(scene, moment)),
-    ]
+impl<'a> Column<'a> {
+    fn one(name: &'static str, value: impl Fn(usize) -> f64 + 'a) -> Self {
+        Column::One(name, Box::new(value))
+    }
+
+    fn plane(name: &'static str, value: impl Fn(usize) -> [f64; 2] + 'a) -> Self {
+        Column::Plane(name, Box::new(value))
+    }
+}
+
+/// Writes the three files of a moment into this folder; their names.
+pub fn write_vtk(
+    folder: &Path,
+    scene: &Scene,
+    moment: &Moment,
+    prefix: &str,
+) -> Result<[String; 3], FileError> {
+    let names = ["grains", "contacts", "cells"].map(|name| format!("{prefix}{name}.vtp"));
+    for (name, fill) in names.iter().zip([grains, contacts, cells]) {
+        let (mut file, path) = (Aside::of((folder, name))?, folder.join(name));
+        let filled = fill(&mut Heeding(&mut file, &path), scene, moment);
+        filled.map_err(failed("write", &path))?;
+        file.into_place()?;
+    }
+    Ok(names)
 }
 
 /// Σ/V of every grain by its cell, Pa, compression positive, and the cells' areas, m².
@@ -136,11 +159,11 @@ fn stresses(scene: &Scene, moment: &Moment) -> (Vec<Components>, Vec<f64>) {
     (sums.iter().zip(&areas).map(over).collect(), areas)
 }
 
-fn stress_columns(of: &[Components]) -> [Column; 3] {
+fn stress_columns(of: &[Components]) -> [Column<'_>; 3] {
     [
-        ("stress_xx", 1, of.iter().map(|of| of.xx).collect()),
-        ("stress_zz", 1, of.iter().map(|of| of.zz).collect()),
-        ("stress_xz", 1, of.iter().map(|of| of.xz).collect()),
+        Column::one("stress_xx", |at| of[at].xx),
+        Column::one("stress_zz", |at| of[at].zz),
+        Column::one("stress_xz", |at| of[at].xz),
     ]
 }
 
@@ -157,124 +180,139 @@ fn contact_numbers(moment: &Moment) -> Vec<f64> {
 }
 
 /// A point a grain: radius, mass, velocity, stress, number of contacts.
-fn grains(scene: &Scene, moment: &Moment) -> String {
-    let bodies = &moment.bodies;
-    let pairs =
-        |of: fn(&Bodies, usize) -> [f64; 2]| (0..bodies.len()).map(move |id| of(bodies, id));
-    let points: Vec<[f64; 2]> = pairs(|of, id| [of.x[id], of.z[id]]).collect();
+fn grains(to: &mut dyn Write, scene: &Scene, moment: &Moment) -> io::Result<()> {
+    let of = &moment.bodies;
     let (stress, areas) = stresses(scene, moment);
+    let contacts = contact_numbers(moment);
     let mut columns = vec![
-        ("id", 1, (0..bodies.len()).map(|id| id as f64).collect()),
-        ("radius", 1, bodies.radius.clone()),
-        ("mass", 1, bodies.mass.clone()),
-        vector("velocity", pairs(|of, id| [of.vx[id], of.vz[id]])),
-        ("contacts", 1, contact_numbers(moment)),
-        ("cell_area", 1, areas),
+        Column::one("id", |id| id as f64),
+        Column::one("radius", |id| of.radius[id]),
+        Column::one("mass", |id| of.mass[id]),
+        Column::plane("velocity", |id| [of.vx[id], of.vz[id]]),
+        Column::one("contacts", |id| contacts[id]),
+        Column::one("cell_area", |id| areas[id]),
     ];
-    if !bodies.spin.is_empty() {
-        columns.push(("spin", 1, bodies.spin.clone()));
+    if of.rotate() {
+        columns.push(Column::one("spin", |id| of.spin[id]));
     }
     columns.extend(stress_columns(&stress));
-    poly_data(&points, &columns, "Verts", &vec![1; points.len()], &[])
+    let points = Column::plane("points", |id| [of.x[id], of.z[id]]);
+    let sizes = vec![1; of.len()];
+    poly_data(to, (&points, &columns), "Verts", &sizes, &[])
 }
 
 /// A line a contact, from centre to centre, or from the contact point to the centre where one side is a wall or the punch.
-fn contacts(moment: &Moment) -> String {
+fn contacts(to: &mut dyn Write, _: &Scene, moment: &Moment) -> io::Result<()> {
     let bodies = &moment.bodies;
     let ids = BodyIds::of_box(bodies.len() as u32);
     let centre = |id: u32| [bodies.x[id as usize], bodies.z[id as usize]];
     let of = &moment.contacts;
-    let ends = of.iter().flat_map(|contact| {
-        let first = match ids.is_grain(contact.id1) {
-            true => centre(contact.id1),
-            false => contact.point,
-        };
-        [first, centre(contact.id2)]
-    });
-    let points: Vec<[f64; 2]> = ends.collect();
-    let number = |name, part: fn(&Contact) -> f64| (name, 1, of.iter().map(part).collect());
+    let end = |at: usize| {
+        let contact = &of[at / 2];
+        match [contact.id1, contact.id2][at % 2] {
+            id if ids.is_grain(id) => centre(id),
+            _ => contact.point,
+        }
+    };
     let columns = [
-        number("id1", |contact| f64::from(contact.id1)),
-        number("id2", |contact| f64::from(contact.id2)),
-        number("overlap", |contact| contact.overlap),
-        number("normal_force", |contact| contact.normal_force),
-        number("tangential_force", |contact| contact.tangential_force),
-        vector("force_on_id2", of.iter().map(|contact| contact.force())),
-        vector("contact_point", of.iter().map(|contact| contact.point)),
+        Column::one("id1", |at| f64::from(of[at].id1)),
+        Column::one("id2", |at| f64::from(of[at].id2)),
+        Column::one("overlap", |at| of[at].overlap),
+        Column::one("normal_force", |at| of[at].normal_force),
+        Column::one("tangential_force", |at| of[at].tangential_force),
+        Column::plane("force_on_id2", |at| of[at].force()),
+        Column::plane("contact_point", |at| of[at].point),
     ];
-    poly_data(&points, &[], "Lines", &vec![2; of.len()], &columns)
+    let (points, sizes) = (Column::plane("points", end), vec![2; of.len()]);
+    poly_data(to, (&points, &[]), "Lines", &sizes, &columns)
 }
 
 /// A polygon a grain: its radical cell with the stress of the grain.
-fn cells(scene: &Scene, moment: &Moment) -> String {
-    let cells = cells::radical(scene, &moment.bodies);
+fn cells(to: &mut dyn Write, scene: &Scene, moment: &Moment) -> io::Result<()> {
     let (stress, areas) = stresses(scene, moment);
-    let points: Vec<[f64; 2]> = cells.corners.iter().flatten().copied().collect();
-    let corners: Vec<usize> = cells.corners.iter().map(Vec::len).collect();
+    let cells = cells::radical(scene, &moment.bodies).corners;
+    let sizes: Vec<usize> = cells.iter().map(Vec::len).collect();
+    let corners = cells.concat();
+    drop(cells);
     let mut columns = vec![
-        (
-            "id",
-            1,
-            (0..cells.corners.len()).map(|id| id as f64).collect(),
-        ),
-        ("area", 1, areas),
+        Column::one("id", |at| at as f64),
+        Column::one("area", |at| areas[at]),
     ];
     columns.extend(stress_columns(&stress));
-    poly_data(&points, &[], "Polys", &corners, &columns)
+    let points = Column::plane("points", |at| corners[at]);
+    poly_data(to, (&points, &[]), "Polys", &sizes, &columns)
 }
 
 /// Elements of this kind with so many points each, one after the other.
 fn poly_data(
-    points: &[[f64; 2]],
-    of_points: &[Column],
+    to: &mut dyn Write,
+    (points, of_points): (&Column<'_>, &[Column<'_>]),
     kind: &str,
     sizes: &[usize],
-    of_elements: &[Column],
-) -> String {
+    of_elements: &[Column<'_>],
+) -> io::Result<()> {
     let count = |wanted: &str| if kind == wanted { sizes.len() } else { 0 };
-    let mut text = format!(
+    let all_points: usize = sizes.iter().sum();
+    write!(
+        to,
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n\
-         <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
-        points.len(),
+         <Piece NumberOfPoints=\"{all_points}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n\
+         <Points>\n",
         count("Verts"),
         count("Lines"),
         count("Polys")
-    );
-    let places = vector("points", points.iter().copied());
-    text += "<Points>\n";
-    column(&mut text, &places);
-    text += "</Points>\n<PointData>\n";
-    of_points.iter().for_each(|of| column(&mut text, of));
-    text += "</PointData>\n<CellData>\n";
-    of_elements.iter().for_each(|of| column(&mut text, of));
-    text += "</CellData>\n";
-    text += &format!("<{kind}>\n");
-    whole_numbers(&mut text, "connectivity", 0..points.len());
+    )?;
+    column(to, points, all_points)?;
+    to.write_all(b"</Points>\n<PointData>\n")?;
+    for of in of_points {
+        column(to, of, all_points)?;
+    }
+    to.write_all(b"</PointData>\n<CellData>\n")?;
+    for of in of_elements {
+        column(to, of, sizes.len())?;
+    }
+    write!(to, "</CellData>\n<{kind}>\n")?;
+    whole_numbers(to, "connectivity", 0..all_points)?;
     let ends = sizes.iter().scan(0, |end, size| {
         *end += size;
         Some(*end)
     });
-    whole_numbers(&mut text, "offsets", ends);
-    text + &format!("</{kind}>\n</Piece>\n</PolyData>\n</VTKFile>\n")
+    whole_numbers(to, "offsets", ends)?;
+    write!(to, "</{kind}>\n</Piece>\n</PolyData>\n</VTKFile>\n")
 }
 
-fn column(text: &mut String, (name, components, values): &Column) {
-    *text += &format!(
-        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">\n"
-    );
-    for row in values.chunks(*components) {
-        let row: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
-        *text += &row.join(" ");
-        text.push('\n');
+fn column(to: &mut dyn Write, of: &Column<'_>, count: usize) -> io::Result<()> {
+    let (name, components) = match of {
+        Column::One(name, _) => (name, 1),
+        Column::Plane(name, _) => (name, 3),
+    };
+    writeln!(
+        to,
+        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
+    )?;
+    for at in 0..count {
+        match of {
+            Column::One(_, value) => writeln!(to, "{:e}", value(at))?,
+            Column::Plane(_, value) => {
+                let [x, z] = value(at);
+                writeln!(to, "{x:e} 0e0 {z:e}")?;
+            }
+        }
     }
-    *text += "</DataArray>\n";
+    to.write_all(b"</DataArray>\n")
 }
 
-fn whole_numbers(text: &mut String, name: &str, values: impl Iterator<Item = usize>) {
-    *text += &format!("<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">\n");
+fn whole_numbers(
+    to: &mut dyn Write,
+    name: &str,
+    values: impl Iterator<Item = usize>,
+) -> io::Result<()> {
+    writeln!(
+        to,
+        "<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">"
+    )?;
     for value in values {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{value}");
+        writeln!(to, "{value}")?;
     }
-    *text += "</DataArray>\n";
+    to.write_all(b"</DataArray>\n")
 }

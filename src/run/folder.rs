@@ -10,15 +10,17 @@ pub mod record;
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use flate2::read::GzDecoder;
 use record::{EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, TraceRow};
 use serde::Deserialize;
 
 use crate::files::{
-    FileError, file_digest, read_text, unpacked, unpacked_digest, write_folder, write_whole,
+    FileError, Place, file_digest, listed, read_text, sha256_hex, unpacked_digest, write_folder,
+    write_whole, written_digest,
 };
-use crate::tables::{self as text, parse_rows};
+use crate::tables::{self as text, Rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::rotates;
 use grains::scene::{Scene, SceneError, parse_scene};
@@ -168,31 +170,30 @@ impl RunFolder {
 
     fn fill(&self, folder: &Path) -> Result<(), FileError> {
         let json = |name: &str, text: serde_json::Result<String>| {
-            let path = folder.join(name);
-            let text = text.map_err(|error| not_a_run(&path, error))?;
-            write_whole(&path, (text + "\n").as_bytes())
+            let text = text.map_err(|error| not_a_run(&folder.join(name), error))?;
+            write_whole((folder, name), (text + "\n").as_bytes())
         };
         json("scene.json", serde_json::to_string_pretty(&self.scene))?;
-        text::write_bodies(&folder.join("initial.csv"), &self.initial)?;
+        text::write_bodies((folder, "initial.csv"), &self.initial)?;
         let moments = [("", Some(&self.last)), ("settled-", self.settled.as_ref())];
         for (prefix, moment) in moments {
             let Some(moment) = moment else { continue };
-            let path = |name: &str| folder.join(format!("{prefix}{name}.csv"));
-            text::write_bodies(&path("bodies"), &moment.bodies)?;
-            text::write_contacts(&path("contacts"), &moment.contacts)?;
+            let name = |name: &str| format!("{prefix}{name}.csv");
+            text::write_bodies((folder, &name("bodies")), &moment.bodies)?;
+            text::write_contacts((folder, &name("contacts")), &moment.contacts)?;
             if !moment.memory.is_empty() {
-                text::write_memory(&path("memory"), &moment.memory)?;
+                text::write_memory((folder, &name("memory")), &moment.memory)?;
             }
         }
-        let (history, trace) = (folder.join("history.csv"), folder.join("trace.csv"));
-        text::write_rows(&history, HistoryRow::HEADER, self.history.iter())?;
-        text::write_rows(&trace, TraceRow::HEADER, self.trace.iter())?;
+        let (history, trace) = (self.history.iter(), self.trace.iter());
+        text::write_rows((folder, "history.csv"), HistoryRow::HEADER, history)?;
+        text::write_rows((folder, "trace.csv"), TraceRow::HEADER, trace)?;
         if !self.log.is_empty() {
             let name = match self.record.engine {
                 EngineRecord::Exec { .. } => "engine.log",
                 EngineRecord::Native { .. } | EngineRecord::Yade { .. } => "yade.log",
             };
-            write_whole(&folder.join(name), self.log.as_bytes())?;
+            write_whole((folder, name), self.log.as_bytes())?;
         }
         json(RECORD, serde_json::to_string_pretty(&self.record))?;
         write_sums(folder)
@@ -213,12 +214,11 @@ impl RunFolder {
     /// The same, also of a run that was asked to end.
     pub fn read_so_far(path: &Path) -> Result<Self, FileError> {
         let wrong = |reason: String| not_a_run(path, reason);
-        let record_path = path.join(RECORD);
-        if !record_path.exists() {
+        if !Place::from((path, RECORD)).is_taken() {
             return Err(wrong(without(path, RECORD)));
         }
         check_sums(path)?;
-        let record_text = read_text(&record_path, LARGEST_RECORD)?;
+        let record_text = read_text((path, RECORD), LARGEST_RECORD)?;
         let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
         let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;
         if version != RECORD_VERSION {
@@ -227,7 +227,7 @@ impl RunFolder {
             )));
         }
         let record: RunRecord = serde_json::from_str(&record_text).map_err(broken)?;
-        let scene = read_scene(&path.join("scene.json"))?;
+        let scene = read_scene((path, "scene.json"))?;
         let ensure = |holds: bool, otherwise: &str| match holds {
             true => Ok(()),
             false => Err(wrong(otherwise.to_owned())),
@@ -238,7 +238,7 @@ impl RunFolder {
         ensure(same, "the time step of run.json is not the scene's")?;
         let count = scene.particles.count;
         let bodies_in = |name: &str| -> Result<Bodies, FileError> {
-            let bodies = text::read_bodies(&packed(path, name), count)?;
+            let bodies = text::read_bodies((path, &packed(path, name)), count)?;
             let (found, wanted) = (bodies.len(), count as usize);
             let otherwise = format!("{name} has {found} grains, the scene {count}");
             ensure(found == wanted, &otherwise).map(|()| bodies)
@@ -257,10 +257,10 @@ impl RunFolder {
             let why = "has other radii, masses or moments of inertia than initial.csv";
             ensure(same, &format!("{prefix}bodies.csv {why}"))?;
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
-            let contacts = text::read_contacts(&contacts, BodyIds::of_box(count))?;
+            let contacts = text::read_contacts((path, &contacts), BodyIds::of_box(count))?;
             let memory = packed(path, &format!("{prefix}memory.csv"));
-            let memory = match memory.is_file() {
-                true => text::read_memory(&memory, &contacts)?,
+            let memory = match Place::from((path, &memory)).is_taken() {
+                true => text::read_memory((path, &memory), &contacts)?,
                 false => Vec::new(),
             };
             Ok(Moment {
@@ -278,22 +278,37 @@ impl RunFolder {
         let rows = rows.fold(0, u64::saturating_add);
         let otherwise = format!("its stages have {rows} moments of history");
         ensure(rows <= MOST_MOMENTS, &otherwise)?;
-        let room = text::room_for(rows);
-        let history: Vec<HistoryRow> = text::read_rows(&packed(path, "history.csv"), room)?;
-        if let Some(row) = history.iter().find(|row| !row.is_finite()) {
-            let at = format!("{} {}", row.stage.name(), row.step);
-            let why = format!("history.csv has a number that is not finite at {at}");
-            return Err(wrong(why));
+        let mut wanted = all_moments(&record.stages, every).into_iter();
+        let mut history: Vec<HistoryRow> = Vec::new();
+        for row in Rows::open((path, &packed(path, "history.csv")), rows)? {
+            let row: HistoryRow = row?;
+            if let Some(why) = not_finite(&row) {
+                return Err(wrong(why));
+            }
+            ensure(wanted.next() == Some((row.stage, row.step)), OTHER_MOMENTS)?;
+            history.push(row);
         }
-        let room = text::room_for(rows * MOST_MARKED);
-        let trace: Vec<TraceRow> = text::read_rows(&packed(path, "trace.csv"), room)?;
-        if let Some(TraceRow { id, .. }) = trace.iter().find(|row| !(row.x + row.z).is_finite()) {
-            let why = format!("trace.csv has a place of grain {id} that is not finite");
-            return Err(wrong(why));
+        ensure(wanted.next().is_none(), OTHER_MOMENTS)?;
+        let mut trace: Vec<TraceRow> = Vec::new();
+        for row in Rows::open((path, &packed(path, "trace.csv")), rows * MOST_MARKED)? {
+            let row: TraceRow = row?;
+            let (id, key) = (row.id, |of: &TraceRow| (of.stage, of.step, of.id));
+            let finite = (row.x + row.z).is_finite();
+            let otherwise = format!("trace.csv has a place of grain {id} that is not finite");
+            ensure(finite, &otherwise)?;
+            let is_later = trace.last().is_none_or(|last| key(last) < key(&row));
+            ensure(
+                is_later && id < count,
+                "trace.csv is not in the order of its moments and grains",
+            )?;
+            trace.push(row);
         }
         let logs = ["yade.log", "engine.log"].map(|name| packed(path, name));
-        let log = logs.into_iter().find(|log| log.is_file());
-        let log = log.map(|log| read_text(&log, LARGEST_RECORD)).transpose()?;
+        let log = logs
+            .into_iter()
+            .find(|log| Place::from((path, log)).is_taken());
+        let log = log.map(|log| read_text((path, &log), LARGEST_RECORD));
+        let log = log.transpose()?;
         let run = RunFolder {
             scene,
             record,
@@ -308,18 +323,8 @@ impl RunFolder {
         Ok(run)
     }
 
-    /// The history has every moment of the stages and no other, and its states at the start, at the
-    /// settled bed and at the end are those of the tables.
+    /// The states of the history at the start, at the settled bed and at the end are those of the tables.
     fn history_fits(&self) -> Result<(), String> {
-        let every = self.scene.measurement.history_every;
-        let wanted = self.record.stages.iter().flat_map(|stage| {
-            let steps = moments(0, stage.steps, every);
-            steps.into_iter().map(move |step| (stage.stage, step))
-        });
-        let found = self.history.iter().map(|row| (row.stage, row.step));
-        if !wanted.eq(found) {
-            return Err("history.csv has not the moments of the stages in run.json".to_owned());
-        }
         let state_at = |stage: Stage, first: bool| {
             let mut rows = self.history.iter().filter(|row| row.stage == stage);
             let row = if first { rows.next() } else { rows.next_back() };
@@ -376,12 +381,29 @@ pub fn has_room_for_history(scene: &Scene, protocol: Protocol) -> Result<(), Fil
     }
 }
 
+const OTHER_MOMENTS: &str = "history.csv has not the moments of the stages in run.json";
+
+/// Every moment of the history of these stages.
+fn all_moments(stages: &[StageReport], every: u64) -> Vec<(Stage, u64)> {
+    let moments = stages.iter().flat_map(|stage| {
+        let steps = moments(0, stage.steps, every).into_iter();
+        steps.map(|step| (stage.stage, step))
+    });
+    moments.collect()
+}
+
+/// Where a row of history has no number in its place.
+pub fn not_finite(row: &HistoryRow) -> Option<String> {
+    let at = || format!("{} {}", row.stage.name(), row.step);
+    (!row.is_finite()).then(|| format!("history.csv has a number that is not finite at {}", at()))
+}
+
 /// Each file of a run that is there, plain or packed.
 fn present(folder: &Path) -> impl Iterator<Item = String> {
     let names = FILES
         .iter()
         .flat_map(|(name, ..)| [(*name).to_owned(), format!("{name}.gz")]);
-    names.filter(move |name| folder.join(name).symlink_metadata().is_ok())
+    names.filter(move |name| Place::from((folder, name)).is_taken())
 }
 
 /// A line of [`SUMS`].
@@ -393,21 +415,23 @@ pub fn sum_line(digest: &str, name: &str) -> String {
 pub fn write_sums(folder: &Path) -> Result<(), FileError> {
     let mut sums = String::new();
     for name in present(folder) {
-        sums += &sum_line(&file_digest(&folder.join(&name))?, &name);
+        sums += &sum_line(&written_digest((folder, &name))?, &name);
     }
-    write_whole(&folder.join(SUMS), sums.as_bytes())
+    write_whole((folder, SUMS), sums.as_bytes())
 }
+
+/// As many entries of a folder are looked at.
+const MOST_LISTED: usize = 10_000;
 
 /// Why a folder without this file is no run folder, and what may have been meant.
 fn without(folder: &Path, name: &str) -> String {
-    if !folder.exists() {
+    if !Place::from(folder).is_taken() {
         return "there is no such folder".to_owned();
     }
-    let inside = std::fs::read_dir(folder).into_iter().flatten();
-    let inside = inside.filter_map(|entry| Some(entry.ok()?.path()));
-    let runs = inside.filter(|path| path.join(SUMS).is_file() && path.join(RECORD).is_file());
-    let mut runs: Vec<String> = runs.map(|path| path.display().to_string()).collect();
-    runs.sort();
+    let inside = listed(folder, MOST_LISTED).unwrap_or_default();
+    let is_run = |path: &Path| [SUMS, RECORD].map(|name| Place::from((path, name)).is_file());
+    let runs = inside.iter().filter(|of| is_run(&of.path) == [true; 2]);
+    let runs: Vec<String> = runs.map(|of| of.path.display().to_string()).collect();
     match runs.is_empty() {
         true => format!("it has no {name}; `crossgrain run` writes one"),
         false => format!(
@@ -420,11 +444,10 @@ fn without(folder: &Path, name: &str) -> String {
 /// Every file that is listed is there and as it was written, and every file that a run may have is listed.
 fn check_sums(folder: &Path) -> Result<(), FileError> {
     let wrong = |reason: String| not_a_run(folder, reason);
-    let path = folder.join(SUMS);
-    if path.symlink_metadata().is_err() {
+    if !Place::from((folder, SUMS)).is_taken() {
         return Err(wrong(without(folder, SUMS)));
     }
-    let text = read_text(&path, LARGEST_SUMS)?;
+    let text = read_text((folder, SUMS), LARGEST_SUMS)?;
     let mut listed = BTreeSet::new();
     for line in text.split_inclusive('\n') {
         let parts = line
@@ -437,15 +460,15 @@ fn check_sums(folder: &Path) -> Result<(), FileError> {
                 "{SUMS} has a line that is no digest and name: {line:?}"
             )));
         };
-        let path = packed(folder, name);
-        if path.symlink_metadata().is_err() {
+        let there = packed(folder, name);
+        let (path, place) = (folder.join(&there), Place::from((folder, &there)));
+        if !place.is_taken() {
             return Err(wrong(format!("{name} is in {SUMS} and not in the folder")));
         }
         // Who packs a table afterwards leaves its text as it is.
-        let unpacks = path != folder.join(name);
-        let found = match unpacks {
-            true => unpacked_digest(&path)?,
-            false => file_digest(&path)?,
+        let found = match there == name {
+            true => file_digest(place)?,
+            false => unpacked_digest(place)?,
         };
         if found != digest {
             return Err(FileError::Unfit(format!(
@@ -455,29 +478,35 @@ fn check_sums(folder: &Path) -> Result<(), FileError> {
         }
         listed.insert(name);
     }
-    let is_listed =
-        |name: &str| listed.contains(name) || listed.contains(name.trim_end_matches(".gz"));
+    // A packed table counts for the plain one only where that is not there.
+    let is_packed = |name: &str| {
+        let plain = name.strip_suffix(".gz");
+        plain.is_some_and(|plain| listed.contains(plain) && packed(folder, plain) == name)
+    };
+    let is_listed = |name: &str| listed.contains(name) || is_packed(name);
     match present(folder).find(|name| !is_listed(name)) {
         Some(name) => Err(wrong(format!("{name} is in the folder and not in {SUMS}"))),
         None => Ok(()),
     }
 }
 
-/// The table under its name or packed.
-fn packed(folder: &Path, name: &str) -> PathBuf {
-    let [plain, packed] = [folder.join(name), folder.join(format!("{name}.gz"))];
-    match !plain.exists() && packed.exists() {
+/// The name of a table, packed where only that is there.
+pub fn packed(folder: &Path, name: &str) -> String {
+    let packed = format!("{name}.gz");
+    let is_taken = |name: &str| Place::from((folder, name)).is_taken();
+    match !is_taken(name) && is_taken(&packed) {
         true => packed,
-        false => plain,
+        false => name.to_owned(),
     }
 }
 
 /// A scene file larger than this is not one of ours.
 const LARGEST_SCENE: u64 = 1 << 20;
 
-pub fn read_scene(path: &Path) -> Result<Scene, FileError> {
-    let text = read_text(path, LARGEST_SCENE)?;
-    parse_scene(&text).map_err(|error| bad_scene(path, &error))
+pub fn read_scene<'a>(place: impl Into<Place<'a>>) -> Result<Scene, FileError> {
+    let place = place.into();
+    let text = read_text(place, LARGEST_SCENE)?;
+    parse_scene(&text).map_err(|error| bad_scene(&place.path(), &error))
 }
 
 /// The folder that the recorded run of YADE is unpacked into, which is carried in the program. `reference_data/README.md` says
@@ -510,7 +539,7 @@ const RECORDED_FILES: &[(&str, &[u8])] = recorded_files![
 pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
     write_folder(folder, |aside| {
         for (name, bytes) in RECORDED_FILES {
-            write_whole(&aside.join(name), bytes)?;
+            write_whole((aside, name), bytes)?;
         }
         Ok::<(), FileError>(())
     })
@@ -519,15 +548,14 @@ pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
 pub fn recorded_history() -> Result<Vec<HistoryRow>, FileError> {
     let wanted = "history.csv.gz";
     let packed = RECORDED_FILES.iter().find(|(name, _)| *name == wanted);
-    let text = unpacked(wanted.as_ref(), packed.map_or(&[], |(_, bytes)| *bytes))?;
-    parse_rows(wanted.as_ref(), &text)
+    let bytes = packed.map_or(&[] as &[u8], |(_, bytes)| *bytes);
+    Rows::of(wanted.as_ref(), Box::new(GzDecoder::new(bytes)))?.collect()
 }
 
 /// Whether a folder holds exactly the recorded run.
 pub fn is_recorded(folder: &Path) -> bool {
     RECORDED_FILES.iter().all(|(name, bytes)| {
-        let path = folder.join(name);
-        path.is_file() && std::fs::read(path).is_ok_and(|found| found == *bytes)
+        file_digest((folder, *name)).is_ok_and(|found| found == sha256_hex(bytes))
     })
 }
 

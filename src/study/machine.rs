@@ -1,7 +1,7 @@
 //! The folder of a study: running a shard, status, merging and reading what was merged, for every kind.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,7 +11,10 @@ use crate::checks::record::{self, Found};
 use crate::checks::{Check, Outcome, verdict};
 use crate::engine::EngineError;
 use crate::engine::ProgramError::{NotStarted, Refused, Unsupported};
-use crate::files::{self, FileError, failed, read_text, regular, work_folder, write_whole};
+use crate::files::{
+    Aside, FileError, Place as At, Stream, failed, new_folder, read_text, remove_folder,
+    remove_litter, work_folder, write_whole,
+};
 use crate::progress::Display;
 use crate::study::plan::{Plan, Program};
 use crate::study::realization::Engines;
@@ -159,6 +162,16 @@ impl<S: Study> Folder<S> {
         })
     }
 
+    /// Whether something of this name is there.
+    fn has(&self, name: &str) -> bool {
+        At::from((&self.path, name)).is_taken()
+    }
+
+    fn lines(&self, name: &str) -> Result<Lines, FileError> {
+        remove_litter(&self.path);
+        Ok(Lines(Aside::of((&self.path, name))?, self.path.join(name)))
+    }
+
     fn index(&self) -> Result<Index, FileError> {
         Index::read(&self.path, &self.digest, self.plan.study.count())
     }
@@ -172,7 +185,7 @@ impl<S: Study> Folder<S> {
     /// Hands over every row that is there with its number, one at a time, since a million do not fit into memory: the
     /// merged ones, or else those that are written so far. What was handed over counts only if this ends well.
     pub fn each(&self, mut take: impl FnMut(u64, S::Row)) -> Result<(), StudyError> {
-        if self.path.join(SUMMARY).is_file() {
+        if self.has(SUMMARY) {
             return self.each_merged(take).map(drop);
         }
         let index = self.index()?;
@@ -213,25 +226,22 @@ impl<S: Study> Folder<S> {
                  them anew from the records"
             ))
         };
-        if !self.path.join(SUMMARY).is_file() {
+        if !self.has(SUMMARY) {
             let path = self.path.clone();
             return Err(StudyError::NotMerged { path });
         }
-        let text = read_text(&self.path.join(SUMMARY), 1_000_000)?;
+        let text = read_text((&self.path, SUMMARY), 1_000_000)?;
         let summary: Summary =
             serde_json::from_str(&text).map_err(|error| damaged(format!("{SUMMARY}: {error}")))?;
         if summary.plan != self.digest {
             return Err(damaged(format!("{SUMMARY} is of another plan")));
         }
-        let names = [ROWS.to_owned(), format!("{ROWS}.gz")].map(|name| self.path.join(name));
-        let path = names.iter().find(|path| path.is_file());
-        let path = path.ok_or_else(|| damaged(format!("{ROWS} is not there")))?;
-        let file = regular(path)?;
-        let file: Box<dyn Read> = match *path == names[0] {
-            true => Box::new(file),
-            false => Box::new(flate2::read::GzDecoder::new(file)),
-        };
-        let mut lines = BufReader::new(file);
+        let names = [ROWS.to_owned(), format!("{ROWS}.gz")];
+        let name = names.iter().find(|name| self.has(name));
+        let name = name.ok_or_else(|| damaged(format!("{ROWS} is not there")))?;
+        let path = &self.path.join(name);
+        let longest = self.count().saturating_mul(LONGEST_LINE);
+        let mut lines = BufReader::new(Stream::open((&self.path, name), longest)?);
         let (mut read, mut hash, mut line) = (0, Sha256::new(), String::new());
         let mut outlines = Outlines::default();
         loop {
@@ -240,6 +250,9 @@ impl<S: Study> Folder<S> {
             let bytes = bounded.read_line(&mut line);
             if bytes.map_err(failed("read", path))? == 0 {
                 break;
+            }
+            if asked_to_end() {
+                return Err(FileError::Ended { path: path.clone() }.into());
             }
             hash.update(line.as_bytes());
             read += 1;
@@ -419,7 +432,7 @@ impl<S: Study> Machine for Folder<S> {
         let files = index.files.iter().zip(&index.rows);
         let damaged = index.damaged.iter();
         // Merged rows count without the records that they came from.
-        let merged = self.path.join(SUMMARY).is_file();
+        let merged = self.has(SUMMARY);
         let (finished, missing) = match merged {
             true => (self.count(), Vec::new()),
             false => (index.places.len() as u64, self.missing(&index)),
@@ -465,7 +478,7 @@ impl<S: Study> Machine for Folder<S> {
             }
         }
         let (mut outlines, mut hash) = (Outlines::default(), Sha256::new());
-        let (mut rows, mut table) = (Aside::new(&self.path)?, Aside::new(&self.path)?);
+        let (mut rows, mut table) = (self.lines(ROWS)?, self.lines(TABLE)?);
         table.row(columns.iter().map(String::as_str))?;
         for (number, place) in &index.places {
             let (json, outline) = outline(&mut reader, *number, place)?;
@@ -480,11 +493,11 @@ impl<S: Study> Machine for Folder<S> {
             table.row(cells.iter().map(String::as_str))?;
         }
         let summary = self.summary(outlines, hash)?;
-        rows.into_place(&self.path.join(ROWS))?;
+        rows.0.into_place()?;
         if !columns.is_empty() {
-            table.into_place(&self.path.join(TABLE))?;
+            table.0.into_place()?;
         }
-        write_whole(&self.path.join(SUMMARY), summary.text().as_bytes())?;
+        write_whole((&self.path, SUMMARY), summary.text().as_bytes())?;
         Ok(summary)
     }
 
@@ -547,12 +560,12 @@ impl<S: Study> Folder<S> {
         let work = place.join(number.to_string());
         let elsewhere = !runner.is_native();
         if elsewhere {
-            std::fs::create_dir(&work).map_err(failed("create", &work))?;
+            new_folder(&work)?;
         }
         let made = study.run(number, engines, &work);
         if elsewhere {
             // The tables of a run are large, and nobody looks at them again; what stays goes with the folder.
-            let _ = std::fs::remove_dir_all(&work);
+            let _ = remove_folder(&work);
         }
         let row = match made {
             Ok(row) => row,
@@ -600,18 +613,12 @@ fn hex(hash: Sha256) -> String {
     grains::tables::hex(&hash.finalize())
 }
 
-/// A file that is written aside, of any size.
-struct Aside(BufWriter<tempfile::NamedTempFile>);
+/// A file of lines that is written aside, of any size.
+struct Lines(Aside, PathBuf);
 
-impl Aside {
-    fn new(folder: &Path) -> Result<Self, FileError> {
-        files::remove_litter(folder);
-        Ok(Aside(BufWriter::new(files::file_aside(folder)?)))
-    }
-
+impl Lines {
     fn line(&mut self, text: &str) -> Result<(), FileError> {
-        let written = writeln!(self.0, "{text}");
-        written.map_err(failed("write", self.0.get_ref().path()))
+        writeln!(self.0, "{text}").map_err(failed("write", &self.1))
     }
 
     /// As a line of CSV: control points may have any names.
@@ -621,11 +628,5 @@ impl Aside {
             false => cell.to_owned(),
         });
         self.line(&quoted.collect::<Vec<String>>().join(","))
-    }
-
-    fn into_place(self, path: &Path) -> Result<(), FileError> {
-        let file = self.0.into_inner();
-        let file = file.map_err(|error| failed("write", path)(error.into_error()))?;
-        files::into_place(file, path)
     }
 }

@@ -7,15 +7,18 @@ use serde::{Deserialize, Serialize};
 use super::{Study, StudyError, store};
 use crate::engine::exec::{Description, ExternalEngine};
 use crate::engine::yade;
-use crate::files::{failed, read_text, sha256_hex, write_folder, write_whole};
+use crate::files::{
+    Place, new_folder, read_text, sha256_hex, whole_path, write_folder, write_whole,
+};
 
 const VERSION: u32 = 1;
 /// The most rows that files, memory and merging were planned for.
 pub const MOST_ROWS: u64 = 1_000_000;
-const LARGEST: u64 = 100_000_000;
+/// The most text of a plan, bytes.
+const LARGEST: u64 = 1 << 26;
 const NAME: &str = "plan.json";
-/// The key of the digest in the file.
-const DIGEST: &str = "digest";
+/// What stands between a plan and its digest.
+const SEAL: &str = ",\n  \"digest\": \"";
 
 /// What is run, and by which program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,7 +61,7 @@ impl Program {
     pub fn of(engine: &ExternalEngine) -> Result<Self, StudyError> {
         let named = &engine.options.program;
         Ok(Program {
-            path: named.canonicalize().map_err(failed("find", named))?,
+            path: whole_path(named)?,
             described: engine.description.clone(),
             digest: engine.digest.clone(),
         })
@@ -107,17 +110,21 @@ impl<S: Study> Plan<S> {
     /// As it is on the disk: the plan with its digest at the end, so that a plan that was edited is noticed before
     /// anything is run.
     pub fn text(&self) -> String {
-        let mut stored = serde_json::to_value(self).unwrap_or_default();
-        stored[DIGEST] = self.digest().into();
-        serde_json::to_string_pretty(&stored).unwrap_or_default() + "\n"
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        let body = text.strip_suffix("\n}").unwrap_or(&text);
+        format!("{body}{SEAL}{}\"\n}}\n", self.digest())
     }
 
     /// Makes the study's folder, which must not exist.
     pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
+        let text = self.text();
+        if text.len() as u64 > LARGEST {
+            let why = format!("its plan would have more than {LARGEST} bytes; plan fewer rows");
+            return Err(StudyError::Usage(why));
+        }
         write_folder(folder, |aside| {
-            let records = store::records_folder(aside);
-            std::fs::create_dir(&records).map_err(failed("create", &records))?;
-            Ok(write_whole(&aside.join(NAME), self.text().as_bytes())?)
+            new_folder((aside, store::RECORDS))?;
+            Ok(write_whole((aside, NAME), text.as_bytes())?)
         })
     }
 
@@ -125,17 +132,17 @@ impl<S: Study> Plan<S> {
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let not_one = |reason: String| StudyError::not_a_study(folder, reason);
         let wrong = |error: serde_json::Error| not_one(format!("{NAME}: {error}"));
-        let (mut stored, text) = stored(folder)?;
-        let digest = stored.as_object_mut().and_then(|of| of.remove(DIGEST));
-        if let Some(kind) = stored["kind"].as_str().filter(|kind| *kind != S::KIND) {
+        let (head, text) = stored(folder)?;
+        if let Some(kind) = head.kind.filter(|kind| *kind != S::KIND) {
             let reason = format!(
                 "it is a study of kind {kind}, and one of kind {} is wanted",
                 S::KIND
             );
             return Err(not_one(reason));
         }
-        let plan: Plan<S> = serde_json::from_value(stored).map_err(wrong)?;
-        if digest != Some(plan.digest().into()) || text != plan.text() {
+        let body = text.rsplit_once(SEAL).map_or(&*text, |(body, _)| body);
+        let plan: Plan<S> = serde_json::from_str(&format!("{body}\n}}")).map_err(wrong)?;
+        if text != plan.text() {
             return Err(not_one(format!(
                 "{NAME} was changed after it was made, and plans never change; put back what was there, or plan anew"
             )));
@@ -175,33 +182,34 @@ fn uses_yade<S: Study>(study: &S) -> bool {
 }
 
 pub fn kind(folder: &Path) -> Result<String, StudyError> {
-    let kind = stored(folder)?.0["kind"].as_str().map(str::to_owned);
+    let kind = stored(folder)?.0.kind;
     kind.ok_or_else(|| StudyError::not_a_study(folder, format!("{NAME} names no kind")))
 }
 
-/// The plan's file as JSON of a version that is known, and its text.
-fn stored(folder: &Path) -> Result<(serde_json::Value, String), StudyError> {
-    let names = [path(folder), folder.join(format!("{NAME}.gz"))];
-    let Some(path) = names.into_iter().find(|path| path.is_file()) else {
-        let why = match folder.exists() {
-            true => format!("it has no {NAME}"),
-            false => "there is no such folder".to_owned(),
-        };
-        return Err(StudyError::not_a_study(folder, why));
-    };
-    let text = read_text(&path, LARGEST)?;
-    let stored: serde_json::Value = serde_json::from_str(&text)
-        .map_err(|error| StudyError::not_a_study(folder, format!("{NAME}: {error}")))?;
-    match stored["version"].as_u64() {
-        Some(version) if version != u64::from(VERSION) => Err(StudyError::not_a_study(
-            folder,
-            format!("{NAME} has version {version}, and this program reads {VERSION}"),
-        )),
-        _ => Ok((stored, text)),
-    }
+/// Looked at before the rest, which another kind or version does not have.
+#[derive(Deserialize)]
+struct Head {
+    kind: Option<String>,
+    version: Option<u64>,
 }
 
-/// Where the plan is; that of a recorded study may be packed (`plan.json.gz`).
-pub fn path(folder: &Path) -> PathBuf {
-    folder.join(NAME)
+/// The head of a plan of a version that is known, and its whole text; that of a recorded study may be packed (`plan.json.gz`).
+fn stored(folder: &Path) -> Result<(Head, String), StudyError> {
+    let not_one = |why: String| StudyError::not_a_study(folder, why);
+    let packed = format!("{NAME}.gz");
+    let mut places = [NAME, &packed].into_iter();
+    let place = places.find(|name| Place::from((folder, *name)).is_taken());
+    let name = place.ok_or_else(|| match Place::from(folder).is_taken() {
+        true => not_one(format!("it has no {NAME}")),
+        false => not_one("there is no such folder".to_owned()),
+    })?;
+    let text = read_text((folder, name), LARGEST)?;
+    let head: Result<Head, _> = serde_json::from_str(&text);
+    let head = head.map_err(|error| not_one(format!("{NAME}: {error}")))?;
+    match head.version {
+        Some(version) if version != u64::from(VERSION) => Err(not_one(format!(
+            "{NAME} has version {version}, and this program reads {VERSION}"
+        ))),
+        _ => Ok((head, text)),
+    }
 }

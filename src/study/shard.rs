@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::files::{failed, write_whole};
+use crate::files::{make_folder, whole_path, write_whole};
 use crate::study::StudyError;
 use crate::study::machine::Machine;
 
@@ -123,7 +123,7 @@ pub fn write(
         return Err(StudyError::Usage(why));
     }
     // A task starts in another folder.
-    let folder = folder.canonicalize().map_err(failed("find", folder))?;
+    let folder = whole_path(folder)?;
     let scripts = folder.join("slurm");
     let [array_path, merge_path] = [scripts.join("array.sh"), scripts.join("merge.sh")];
     let (place, program) = (quoted(&folder)?, quoted(program)?);
@@ -159,9 +159,9 @@ pub fn write(
     let of_array = script("crossgrain", threads, &first, log, ["run", &options]);
     let first = "# Exit code 3: rows are missing; the log says which.\n";
     let of_merge = script("crossgrain-merge", 1, first, "merge.log", ["merge", ""]);
-    std::fs::create_dir_all(&scripts).map_err(failed("create", &scripts))?;
-    write_whole(&array_path, of_array.as_bytes())?;
-    write_whole(&merge_path, of_merge.as_bytes())?;
+    make_folder((&folder, "slurm"))?;
+    write_whole((&folder, "slurm/array.sh"), of_array.as_bytes())?;
+    write_whole((&folder, "slurm/merge.sh"), of_merge.as_bytes())?;
     let (array_path, merge_path) = (quoted(&array_path)?, quoted(&merge_path)?);
     // Where there are several clusters, --parsable gives the job's number with a cluster's name after it.
     Ok([

@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::shard::Shard;
-use crate::files::{FileError, failed, locked, regular, short_hex};
+use crate::files::{FileError, failed, listed, locked, regular, short_hex};
+use crate::workers::asked_to_end;
 
 /// A campaign's row is about 20 kB; a longer line is none.
 pub const LONGEST_LINE: u64 = 4_000_000;
@@ -51,9 +52,8 @@ pub struct Writer {
 impl Writer {
     /// Opens or begins the file of a shard.
     pub fn open(folder: &Path, shard: Shard) -> Result<Self, FileError> {
-        let name = format!("shard-{}-of-{}.jsonl", shard.index, shard.of);
-        let path = records_folder(folder).join(name);
-        let file = locked(&path)?;
+        let name = format!("{RECORDS}/shard-{}-of-{}.jsonl", shard.index, shard.of);
+        let (path, file) = (folder.join(&name), locked((folder, &name))?);
         let length = file.metadata().map_err(failed("find", &path))?.len();
         let torn = length > 0 && {
             let mut last = [0];
@@ -94,6 +94,7 @@ pub struct Place {
 
 #[derive(Debug, Default)]
 pub struct Index {
+    folder: PathBuf,
     /// By name.
     pub files: Vec<PathBuf>,
     pub rows: Vec<u64>,
@@ -108,19 +109,14 @@ pub struct Index {
 impl Index {
     /// Reads all record files of a study with so many rows.
     pub fn read(folder: &Path, plan: &str, count: u64) -> Result<Self, FileError> {
-        let records = records_folder(folder);
-        let mut index = Index::default();
-        let entries = match std::fs::read_dir(&records) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(index),
-            found => found.map_err(failed("read", &records))?,
+        let mut index = Index {
+            folder: folder.to_owned(),
+            ..Index::default()
         };
-        for entry in entries {
-            let path = entry.map_err(failed("read", &records))?.path();
-            if path.extension().is_some_and(|end| end == "jsonl") {
-                index.files.push(path);
-            }
-        }
-        index.files.sort();
+        let files = listed((folder, RECORDS), MOST_FILES)?.into_iter();
+        let files = files.map(|of| of.path);
+        let files = files.filter(|path| path.extension().is_some_and(|end| end == "jsonl"));
+        index.files = files.collect();
         for file in 0..index.files.len() {
             index.add_file(file, plan, count)?;
         }
@@ -129,7 +125,12 @@ impl Index {
 
     fn add_file(&mut self, file: usize, plan: &str, count: u64) -> Result<(), FileError> {
         let path = self.files[file].clone();
-        let mut reader = BufReader::with_capacity(1 << 16, regular(&path)?);
+        let mut reader = BufReader::with_capacity(1 << 16, self.open(file)?);
+        // A line a row, and room for what others have left.
+        let limit = (count + 64).saturating_mul(LONGEST_LINE);
+        if reader.get_ref().metadata().is_ok_and(|of| of.len() > limit) {
+            return Err(FileError::TooLarge { path, limit });
+        }
         let (mut offset, mut at, mut found) = (0, 0, 0);
         let mut line = Vec::new();
         loop {
@@ -140,6 +141,9 @@ impl Index {
                 .map_err(failed("read", &path))?;
             if read == 0 {
                 break;
+            }
+            if asked_to_end() {
+                return Err(FileError::Ended { path });
             }
             at += 1;
             let whole = line.pop_if(|last| *last == b'\n').is_some();
@@ -175,6 +179,12 @@ impl Index {
     pub fn path(&self, place: &Place) -> &Path {
         &self.files[place.file as usize]
     }
+
+    fn open(&self, file: usize) -> Result<File, FileError> {
+        let name = self.files[file].file_name().unwrap_or_default();
+        let name = format!("{RECORDS}/{}", name.to_string_lossy());
+        regular((&self.folder, &name))
+    }
 }
 
 /// Reads rows that an index has found.
@@ -201,7 +211,7 @@ impl<'a> Reader<'a> {
         }
         let file = match self.open.entry(place.file) {
             Entry::Occupied(open) => open.into_mut(),
-            Entry::Vacant(free) => free.insert(File::open(path).map_err(failed("open", path))?),
+            Entry::Vacant(free) => free.insert(self.index.open(place.file as usize)?),
         };
         let mut bytes = vec![0; place.length as usize];
         let read = file.read_exact_at(&mut bytes, place.offset);
@@ -211,6 +221,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-pub fn records_folder(folder: &Path) -> PathBuf {
-    folder.join("records")
-}
+/// The folder of the files.
+pub const RECORDS: &str = "records";
+/// As many entries of it are looked at.
+const MOST_FILES: usize = 1_000_000;

@@ -61,6 +61,7 @@ const HOSTILE: &str = r#"
     has a contact that does not touch ⇒ finish([moment(0, contacts=EMPTY + '0,1,-1,0,0,1,0,0,0\n')]) ⇒ only what touches is a contact ⇒ 4
     has a normal of no length ⇒ finish([moment(0, contacts=EMPTY + '0,1,0,0,0,1,1,0,0\n')]) ⇒ of length 1 ⇒ 4
     has a force without bound ⇒ finish([moment(0, contacts=EMPTY + '0,1,0,inf,0,1,0,0,0\n')]) ⇒ fn = inf ⇒ 4
+    has a force without an energy ⇒ finish([moment(0, contacts=EMPTY + '0,1,1e-6,1.7e308,1.7e308,1,0,0,0\n'), moment(10), end(10)]) ⇒ too large for an energy ⇒ 4
     overlaps too deeply ⇒ finish([moment(0, contacts=EMPTY + '0,1,9,0,0,1,0,0,0\n'), moment(10), end(10)]) ⇒ overlap by 9 ⇒ 4
     never ends a stage ⇒ finish([moment(0), moment(10)]) ⇒ none was finished ⇒ 4
     does too few steps ⇒ finish([moment(0), moment(7), end(7)]) ⇒ 10 steps were asked for and 7 were done ⇒ 4
@@ -72,7 +73,7 @@ const HOSTILE: &str = r#"
     counts its steps wrongly ⇒ finish([moment(0), moment(10), end(10)], steps=9) ⇒ it counts 9 steps ⇒ 4
     takes its last word back ⇒ finish([moment(0), moment(10), end(10)]); os.remove(os.path.join(job, 'done.json')) ⇒ before the job was done ⇒ 4
     refuses ⇒ finish([{'refused': 'no discs today'}]) ⇒ the engine refused: no discs today ⇒ 4
-    links its list to a device ⇒ os.symlink('/dev/zero', os.path.join(job, 'moments.jsonl')) ⇒ not a regular file ⇒ 4
+    links its list to a device ⇒ os.symlink('/dev/zero', os.path.join(job, 'moments.jsonl')) ⇒ a symbolic link ⇒ 4
     puts a pipe in the place of its list ⇒ os.mkfifo(os.path.join(job, 'moments.jsonl')) ⇒ not a regular file ⇒ 4
     is silent ⇒ time.sleep(600) ⇒ no sign of life ⇒ 4
     hangs once it is done ⇒ well(); time.sleep(600) ⇒ no sign of life ⇒ 4
@@ -92,6 +93,8 @@ const HOSTILE: &str = r#"
     ends by a signal ⇒ well(); os.kill(os.getpid(), 11) ⇒ signal: 11 ⇒ 4
     raises ⇒ raise ValueError('the reason') ⇒ ValueError: the reason ⇒ 4
     puts a pipe in the place of its log ⇒ os.remove(at('engine.log')); os.mkfifo(at('engine.log')); sys.exit(3) ⇒ ended with exit status: 3 ⇒ 4
+    links its log to a file outside ⇒ os.remove(at('engine.log')); os.symlink('/etc/passwd', at('engine.log')); sys.exit(3) ⇒ it printed nothing ⇒ 4
+    links its parameters to a hole ⇒ well(); put('effective.json', ''); os.truncate(at('effective.json'), 300 << 30) ⇒ MB of output ⇒ 4
     changes its own program ⇒ well(); open(sys.argv[0], 'a').write('#') ⇒ was replaced while it ran ⇒ 4
     removes the folder of its job ⇒ shutil.rmtree(job) ⇒ its list of moments is not there ⇒ 4
     puts a link in the place of its job ⇒ shutil.rmtree(job); os.symlink('/etc', job) ⇒ its list of moments is not there ⇒ 4
@@ -108,8 +111,8 @@ const HOSTILE: &str = r#"
     says of itself that its numbers are no numbers ⇒ finish([moment(0), moment(10), end(10, 'not_finite')]) ⇒ numbers that are not finite in step 10 ⇒ 4
     gives two grains one id ⇒ finish([moment(0, cell(2, 0, '0'))]) ⇒ id = 0, which must be the row's number ⇒ 4
     adds a grain ⇒ finish([moment(0, given + given.split('\n')[-2].replace('1,', '2,', 1) + '\n')]) ⇒ 3 grains instead of 2 ⇒ 4
-    makes a row too short ⇒ finish([moment(0, given.rsplit(',', 1)[0] + '\n')]) ⇒ found record with 6 fields ⇒ 4
-    makes a row too long ⇒ finish([moment(0, given[:-1] + ',1\n')]) ⇒ found record with 8 fields ⇒ 4
+    makes a row too short ⇒ finish([moment(0, given.rsplit(',', 1)[0] + '\n')]) ⇒ line 3 has 6 fields ⇒ 4
+    makes a row too long ⇒ finish([moment(0, given[:-1] + ',1\n')]) ⇒ line 3 has 8 fields ⇒ 4
     makes a radius negative ⇒ finish([moment(0, cell(1, 5, '-0.01'))]) ⇒ radius = -0.01, which must be finite and above 0 ⇒ 4
     moves a grain without bound ⇒ finish([moment(0), moment(10, cell(1, 1, 'inf')), end(10)]) ⇒ x = inf, which must be finite ⇒ 4
     moves a grain out of the box ⇒ finish([moment(0), moment(10, cell(1, 1, '1e300')), end(10)]) ⇒ has left the box ⇒ 4
@@ -118,9 +121,9 @@ const HOSTILE: &str = r#"
     begins its list with a byte order mark ⇒ well(); put('moments.jsonl', '\ufeff' + open(at('moments.jsonl')).read()) ⇒ moments.jsonl: expected value ⇒ 4
     puts a pipe in the place of a table ⇒ well(); instead('settle-10-bodies.csv', os.mkfifo) ⇒ is not a regular file ⇒ 4
     puts a folder in the place of a table ⇒ well(); instead('settle-10-contacts.csv', os.mkdir) ⇒ is a folder ⇒ 4
-    puts a device in the place of a table ⇒ well(); instead('settle-10-bodies.csv', lambda of: os.symlink('/dev/zero', of)) ⇒ is not a regular file ⇒ 4
-    links a table to another one ⇒ well(); instead('settle-10-bodies.csv', lambda of: os.symlink('settle-0-bodies.csv', of)) ⇒ is not a regular file ⇒ 4
-    links its last word to a file outside ⇒ well(); instead('done.json', lambda of: os.symlink('/etc/passwd', of)) ⇒ is not a regular file ⇒ 4
+    puts a device in the place of a table ⇒ well(); instead('settle-10-bodies.csv', lambda of: os.symlink('/dev/zero', of)) ⇒ a symbolic link ⇒ 4
+    links a table to another one ⇒ well(); instead('settle-10-bodies.csv', lambda of: os.symlink('settle-0-bodies.csv', of)) ⇒ a symbolic link ⇒ 4
+    links its last word to a file outside ⇒ well(); instead('done.json', lambda of: os.symlink('/etc/passwd', of)) ⇒ a symbolic link ⇒ 4
     puts a pipe in the place of its numbers ⇒ os.mkfifo(at('tables.bin')); finish([moment(0) | {'contacts': 0}]) ⇒ tables.bin: ⇒ 4
     promises more contacts than there can be ⇒ put('tables.bin', 'x' * 64); finish([moment(0) | {'contacts': 2**60}]) ⇒ 1152921504606846976 contacts ⇒ 4
     cuts its numbers off ⇒ put('tables.bin', 'x' * 63); finish([moment(0) | {'contacts': 0}]) ⇒ tables.bin is cut off ⇒ 4

@@ -13,7 +13,7 @@ use super::diff::{Changed, Pace, diff, pair};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Speed};
 use crate::child::Group;
-use crate::files::{FileError, failed, read_text, work_folder};
+use crate::files::{FileError, Place, TempDir, failed, link, read_text, work_folder, write_whole};
 use crate::workers::asked_to_end;
 
 /// Records of one job in the order of time.
@@ -445,7 +445,7 @@ impl Bisection<'_> {
 /// configuration, hooks and filters is there, none of which may start a program. Nothing is written into it.
 #[derive(Debug)]
 pub struct Repository {
-    around: tempfile::TempDir,
+    around: TempDir,
 }
 
 /// The longest file with a name of a commit or a folder, bytes.
@@ -469,20 +469,16 @@ impl Repository {
             Err(_) => own.clone(),
         };
         let around = work_folder()?;
-        let write = |name: &str, text: &str| {
-            let path = around.path().join(name);
-            std::fs::write(&path, text).map_err(failed("write", &path))
-        };
+        let write = |name: &str, text: &str| write_whole((around.path(), name), text.as_bytes());
         write("HEAD", &read_text(&own.join("HEAD"), LONGEST_NAME)?)?;
         write(
             "config",
             "[core]\n\trepositoryformatversion = 0\n\tbare = true\n",
         )?;
         for name in ["objects", "refs", "packed-refs", "shallow"] {
-            let link = around.path().join(name);
-            if common.join(name).exists() {
-                std::os::unix::fs::symlink(common.join(name), &link)
-                    .map_err(failed("create", &link))?;
+            let of = common.join(name);
+            if Place::from(&of).is_taken() {
+                link(&of, &around.path().join(name))?;
             }
         }
         Ok(Repository { around })
@@ -500,20 +496,20 @@ impl Repository {
 /// The git folder of this very folder, if it has or is one.
 fn git_folder(folder: &Path) -> Option<PathBuf> {
     let inside = folder.join(".git");
-    if inside.is_dir() {
+    if Place::from(&inside).is_folder() {
         return Some(inside);
     }
     if let Ok(text) = read_text(&inside, LONGEST_NAME) {
         return Some(folder.join(text.strip_prefix("gitdir: ")?.trim_end()));
     }
-    let has = |name: &str| folder.join(name).exists();
+    let has = |name: &str| Place::from((folder, name)).is_taken();
     (has("HEAD") && has("objects") && has("refs")).then(|| folder.to_owned())
 }
 
 /// A working tree of its own, so that the user's stays as it is.
 struct Checkout {
     folder: PathBuf,
-    _around: tempfile::TempDir,
+    _around: TempDir,
 }
 
 impl Checkout {

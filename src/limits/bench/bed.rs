@@ -1,13 +1,12 @@
 //! The beds that are timed: settled ones, and wide ones laid out of copies of a settled one.
 
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::timing::after;
 use super::{Result, nonsense};
-use crate::files::write_whole;
+use crate::files::{read_text, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::generate::initial_bodies;
@@ -58,27 +57,30 @@ struct Kept {
     crossgrain: String,
 }
 
+/// The most of its note, bytes.
+const LONGEST_NOTE: u64 = 1 << 16;
+
 /// The settled bed kept in this folder, or a new one that is then kept there.
 pub fn settled_or_kept(folder: &Path, grains: u32, observer: &mut dyn Observer) -> Result<Bed> {
-    let table = folder.join(format!("bed-{grains}.csv"));
-    let note = folder.join(format!("bed-{grains}.json"));
+    let [table, note] = ["csv", "json"].map(|end| format!("bed-{grains}.{end}"));
+    let (table, note) = ((folder, &table), (folder, &note));
     let scene = scene_of(grains);
     let kept = |bodies: &Bodies| Kept {
         scene_digest: scene.digest(),
         state: bodies.digest(),
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
     };
-    if let Ok(text) = fs::read_to_string(&note)
+    if let Ok(text) = read_text(note, LONGEST_NOTE)
         && let Ok(noted) = serde_json::from_str::<Kept>(&text)
-        && let Ok(bodies) = read_bodies(&table, grains)
+        && let Ok(bodies) = read_bodies(table, grains)
         && kept(&bodies) == noted
     {
         return Ok(Bed { scene, bodies });
     }
     let bed = settled(grains, observer)?;
-    write_bodies(&table, &bed.bodies)?;
+    write_bodies(table, &bed.bodies)?;
     let text = serde_json::to_string(&kept(&bed.bodies)).map_err(nonsense)?;
-    write_whole(&note, text.as_bytes())?;
+    write_whole(note, text.as_bytes())?;
     Ok(bed)
 }
 

@@ -3,7 +3,6 @@
 //! And instructions a step, counted by valgrind's callgrind: a figure that does not depend on the machine's mood.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::hint::black_box;
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +15,7 @@ use super::{Missed, Result, Setup, nonsense, timing};
 use crate::child::on_path;
 use crate::engine::ProgramError;
 use crate::engine::read::TimedSteps;
-use crate::files::read_text;
+use crate::files::{of_system, read_text};
 use crate::progress::Task;
 use grains::native::timing::{OPERATIONS, add_and_multiply, divide, square_root, sum};
 
@@ -46,7 +45,8 @@ impl Machine {
     }
 
     pub fn this() -> Self {
-        let text = |path: &str| fs::read_to_string(path).unwrap_or_default();
+        let text =
+            |path: &str| String::from_utf8_lossy(&of_system(path).unwrap_or_default()).into_owned();
         let field = |text: &str, key: &str| -> Option<String> {
             let line = text.lines().find(|line| line.starts_with(key))?;
             Some(line.split_once(':')?.1.trim().to_owned())

@@ -1,7 +1,6 @@
 //! Steps of the native engine, timed from outside: by what it tells its observer, here or in a process of its own, so that
 //! its memory is its own and its instructions can be counted. And what repeated measurements come to.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -14,7 +13,7 @@ use super::bed::Bed;
 use super::{Result, nonsense};
 use crate::engine::exec;
 use crate::engine::watch::Limits;
-use crate::files::{FileError, failed, read_text, write_whole};
+use crate::files::{FileError, Place, new_folder, read_text, remove_folder, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::timing::{ThreadTime, Window};
@@ -109,16 +108,16 @@ pub struct One {
 /// Puts a bed where [`one`] finds it.
 pub fn write_bed(bed: &Bed, folder: &Path) -> Result<()> {
     let text = serde_json::to_string(&bed.scene).map_err(nonsense)?;
-    write_whole(&folder.join("scene.json"), text.as_bytes())?;
-    Ok(write_bodies(&folder.join("bed.csv"), &bed.bodies)?)
+    write_whole((folder, "scene.json"), text.as_bytes())?;
+    Ok(write_bodies((folder, "bed.csv"), &bed.bodies)?)
 }
 
 /// Inside the process: times the bed in this folder.
 pub fn one(folder: &Path, steps: u64, threads: usize) -> Result<One> {
-    let text = read_text(&folder.join("scene.json"), 1 << 20)?;
+    let text = read_text((folder, "scene.json"), 1 << 20)?;
     // Not through the check of scenes: a narrow box has no room for the paper's control points.
     let scene: Scene = serde_json::from_str(&text).map_err(nonsense)?;
-    let bodies = read_bodies(&folder.join("bed.csv"), scene.particles.count);
+    let bodies = read_bodies((folder, "bed.csv"), scene.particles.count);
     let bodies = bodies.map_err(|error| match error {
         FileError::Unfit(words) => nonsense(words),
         error => error.into(),
@@ -182,10 +181,10 @@ pub fn run(command: &mut Command, work: &Path, limit: Duration) -> Result<String
 
 pub fn folder(work: &Path, name: &str) -> Result<PathBuf> {
     let folder = work.join(name);
-    if folder.exists() {
-        fs::remove_dir_all(&folder).map_err(failed("remove", &folder))?;
+    if Place::from(&folder).is_taken() {
+        remove_folder(&folder)?;
     }
-    fs::create_dir(&folder).map_err(failed("create", &folder))?;
+    new_folder(&folder)?;
     Ok(folder)
 }
 

@@ -73,13 +73,13 @@ pub struct Network {
     weights: Vec<f64>,
 }
 
-/// The largest eigenvalue and its vector.
+/// The largest eigenvalue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Top {
     /// In s⁻² for the stiffness.
     pub value: f64,
-    /// Unit vector, in coordinates weighted by √mass.
-    pub vector: DVector<f64>,
+    /// Of each Lanczos vector in its own vector.
+    shares: Vec<f64>,
     /// Bound of the error of `value` by the residual, the same unit.
     pub residual: f64,
     pub vectors: usize,
@@ -181,7 +181,8 @@ impl Network {
     /// Cundall's α.
     pub fn fastest_mode(&self, alpha: f64) -> DVector<f64> {
         let dt = self.limit(alpha).dt;
-        self.lanczos(dt * dt, 2.0 * dt, OF_VECTOR).vector
+        let top = self.lanczos(dt * dt, 2.0 * dt, OF_VECTOR);
+        self.vector(dt * dt, 2.0 * dt, &top)
     }
 
     /// The largest stable step, with Cundall's α: the smallest dt at which the largest eigenvalue of
@@ -203,11 +204,13 @@ impl Network {
             return limit;
         }
         for _ in 0..MOST_REFINEMENTS {
-            let found = self.top(limit.dt * limit.dt, 2.0 * limit.dt);
+            let parts = [limit.dt * limit.dt, 2.0 * limit.dt];
+            let found = self.top(parts[0], parts[1]);
             limit.vectors += found.vectors;
             limit.residual = found.residual / found.value;
-            let [k, c] = [(1.0, 0.0), (0.0, 1.0)]
-                .map(|(k, c)| dot(&found.vector, &self.apply(k, c, &found.vector)));
+            let vector = self.vector(parts[0], parts[1], &found);
+            let [k, c] =
+                [(1.0, 0.0), (0.0, 1.0)].map(|(k, c)| dot(&vector, &self.apply(k, c, &vector)));
             // The root of k dt² + 2c dt − wanted, in the form that does not cancel.
             let dt = wanted / (c + (c * c + k * wanted).sqrt());
             let change = (limit.dt - dt) / dt;
@@ -220,40 +223,69 @@ impl Network {
     }
 
     fn lanczos(&self, stiffness: f64, damping: f64, tolerance: f64) -> Top {
-        let mut basis = vec![self.start()];
-        let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::<f64>::new());
-        loop {
-            let at = diagonal.len();
-            let mut w = self.apply(stiffness, damping, &basis[at]);
-            let along = dot(&w, &basis[at]);
-            w.axpy(-along, &basis[at], 1.0);
-            if at > 0 {
-                w.axpy(-off_diagonal[at - 1], &basis[at - 1], 1.0);
-            }
+        let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
+        let (mut value, mut shares, mut residual) = (0.0, Vec::new(), 0.0);
+        self.each_vector(stiffness, damping, &mut |_, along, rest| {
             diagonal.push(along);
-            let rest = dot(&w, &w).sqrt();
             let scale = diagonal.iter().copied().fold(0.0, f64::max);
             // Nothing is left: the vectors span all that the start has a share in.
             let whole = rest <= 1.0e-13 * scale || rest == 0.0;
             let ends = whole || diagonal.len() >= MOST_VECTORS;
+            let mut is_found = false;
             if ends || diagonal.len().is_multiple_of(LOOK_EVERY) {
-                let (value, shares) = largest_of_tridiagonal(&diagonal, &off_diagonal);
-                let residual = rest * shares[at].abs();
-                if ends || residual <= tolerance * value {
-                    let mut vector = DVector::zeros(w.len());
-                    for (share, of) in shares.iter().zip(&basis) {
-                        vector.axpy(*share, of, 1.0);
-                    }
-                    return Top {
-                        value,
-                        vector: unit(vector),
-                        residual,
-                        vectors: diagonal.len(),
-                    };
-                }
+                (value, shares) = largest_of_tridiagonal(&diagonal, &off_diagonal);
+                residual = rest * shares[diagonal.len() - 1].abs();
+                is_found = ends || residual <= tolerance * value;
             }
             off_diagonal.push(rest);
-            basis.push(w / rest);
+            !is_found
+        });
+        Top {
+            value,
+            shares,
+            residual,
+            vectors: diagonal.len(),
+        }
+    }
+
+    /// The unit vector of the largest eigenvalue, in coordinates weighted by √mass. The Lanczos vectors are made once more: all of
+    /// them would be gigabytes for a million grains.
+    fn vector(&self, stiffness: f64, damping: f64, top: &Top) -> DVector<f64> {
+        let mut vector = DVector::zeros(self.freedoms());
+        let mut shares = top.shares.iter();
+        self.each_vector(stiffness, damping, &mut |of, _, _| {
+            let Some(share) = shares.next() else {
+                return false;
+            };
+            vector.axpy(*share, of, 1.0);
+            shares.len() > 0
+        });
+        unit(vector)
+    }
+
+    /// Goes through the Lanczos vectors, each with its diagonal element and the length of what is left, as long as it is
+    /// wanted.
+    fn each_vector(
+        &self,
+        stiffness: f64,
+        damping: f64,
+        take: &mut dyn FnMut(&DVector<f64>, f64, f64) -> bool,
+    ) {
+        let mut vector = self.start();
+        let mut before: Option<(DVector<f64>, f64)> = None;
+        loop {
+            let mut w = self.apply(stiffness, damping, &vector);
+            let along = dot(&w, &vector);
+            w.axpy(-along, &vector, 1.0);
+            if let Some((before, rest)) = &before {
+                w.axpy(-rest, before, 1.0);
+            }
+            let rest = dot(&w, &w).sqrt();
+            if !take(&vector, along, rest) {
+                return;
+            }
+            before = Some((vector, rest));
+            vector = w / rest;
         }
     }
 

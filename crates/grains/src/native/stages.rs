@@ -27,8 +27,10 @@ pub struct Options {
     pub noise: Option<Noise>,
 }
 
-/// Signals and signs of trouble are looked for every so many steps.
+/// Signs of trouble are looked for every so many steps.
 const LOOK_UP_EVERY: u64 = 1000;
+/// Signals are looked for at least every so many steps of one grain, a fraction of a second.
+const HEEDED: u64 = 1 << 22;
 
 /// The native engine could not finish.
 #[derive(Debug, thiserror::Error)]
@@ -205,9 +207,9 @@ impl Runner<'_> {
             }
             if self.step.is_multiple_of(LOOK_UP_EVERY) {
                 self.look_up()?;
-                if asked_to_end() {
-                    break StopReason::Interrupted;
-                }
+            }
+            if asked_to_end() {
+                break StopReason::Interrupted;
             }
         };
         self.look_up()?;
@@ -255,7 +257,8 @@ impl Runner<'_> {
         let next = all.map(|every| every - self.step % every);
         let next = next.into_iter().fold(u64::MAX, u64::min);
         let end = exactly.unwrap_or(u64::MAX).min(settle.max_steps);
-        next.min(end.saturating_sub(self.step)).max(1)
+        let heeded = HEEDED / self.dynamics.state.position.len() as u64;
+        next.min(heeded).min(end.saturating_sub(self.step)).max(1)
     }
 
     /// Settled when the kinetic energy is at most the scene's share of its peak.
