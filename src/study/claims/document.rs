@@ -287,7 +287,8 @@ impl Claims {
             title: "The paper's claims about its simulations".to_owned(),
             verdict: verdict(&checks),
             answer: format!(
-                "{} of {} claims hold; {}. Of the earlier paper's {}: {}. {} members of {}: {}.{}",
+                "{} of {} claims hold; {}. Of the earlier paper's {}: {}. {} members of {}: {}.{} A check passes where its claim could be decided, \
+                 whichever way.",
                 self.verdicts.get(holds).unwrap_or(&0),
                 self.claims.len(),
                 listed(&others),
