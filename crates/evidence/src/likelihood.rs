@@ -6,8 +6,8 @@ use statrs::function::gamma::ln_gamma;
 
 use super::distribution::{Distribution, Family};
 use super::moments::{mean, standard_deviation};
-use super::random::{Key, replicates};
-use super::{Interval, halved};
+use super::random::{Key, Source};
+use super::{Interval, halved, in_parallel};
 
 /// A distribution with a shape against the exponential, which it is at shape 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -116,24 +116,38 @@ pub fn between<'a>(
 const SEEN: Key = *b"crossgrain: power of Vuong, 5 %.";
 /// Samples drawn for a power, which is then known to ± 0.05.
 const DRAWN: usize = 200;
+/// So many are drawn before it is looked whether that is decided.
+const BLOCK: usize = 10;
 /// More values than this are not tried.
 const MOST: usize = 2048;
 
-/// In which share of samples of so many values of a law Vuong's test of 5 % says that it is nearer than the other family, both
-/// fitted anew.
-pub fn power(law: &Distribution, other: Family, count: usize) -> f64 {
-    let seen = replicates(&SEEN, DRAWN, |source| {
-        let values: Vec<f64> = (0..count).map(|_| law.draw(source)).collect();
-        let found = not_nested(law.family(), other, &values);
-        found.is_some_and(|of| of.z > 0.0 && of.p < 0.05)
-    });
-    seen.into_iter().filter(|of| *of).count() as f64 / DRAWN as f64
+/// Whether Vuong's test of 5 % says of a sample of so many values of a law that it is nearer than the other family, both fitted anew.
+fn shows(law: &Distribution, other: Family, count: usize, source: &mut Source) -> bool {
+    let values: Vec<f64> = (0..count).map(|_| law.draw(source)).collect();
+    let found = not_nested(law.family(), other, &values);
+    found.is_some_and(|of| of.z > 0.0 && of.p < 0.05)
+}
+
+/// Whether nine in ten of the samples that are drawn show it; drawing ends as soon as that is decided.
+fn is_seen(law: &Distribution, other: Family, count: usize) -> bool {
+    let mut unseen = 0;
+    for start in (0..DRAWN).step_by(BLOCK) {
+        let shown = in_parallel(BLOCK, |at| {
+            let source = &mut Source::new(&SEEN, (start + at) as u64);
+            shows(law, other, count, source)
+        });
+        unseen += shown.into_iter().filter(|of| !of).count();
+        if 10 * unseen > DRAWN {
+            return false;
+        }
+    }
+    true
 }
 
 /// So many independent values of the law show in nine samples of ten that it is nearer than the other family, to a sixteenth; none
 /// where [`MOST`] do not.
 pub fn seen_from(law: &Distribution, other: Family) -> Option<usize> {
-    let is_seen = |count: &usize| power(law, other, *count) >= 0.9;
+    let is_seen = |count: &usize| is_seen(law, other, *count);
     let mut doubled = std::iter::successors(Some(16), |count| Some(2 * count));
     let enough = doubled
         .by_ref()
@@ -157,6 +171,7 @@ mod tests {
     use super::*;
     use crate::assert_share;
     use crate::distribution::tests::{AIR_CONDITIONING, BEARINGS, close, laplace};
+    use crate::random::replicates;
 
     /// scipy 1.17.1: deviance interval by `brentq` on `gamma.logpdf`, ratios and `chi2.sf`, Vuong by hand.
     #[test]
@@ -213,7 +228,12 @@ mod tests {
         let promised = (10.51 / (2.0 * behind)).ceil() as usize;
         let found = seen_from(&half_normal, Family::Exponential).expect("they differ");
         assert!(found > promised, "{found} {promised}");
-        let at = |count| power(&half_normal, Family::Exponential, count);
+        let at = |count| {
+            let shown = replicates(&SEEN, DRAWN, |source| {
+                shows(&half_normal, Family::Exponential, count, source)
+            });
+            shown.into_iter().filter(|of| *of).count() as f64 / DRAWN as f64
+        };
         assert!(at(found) >= 0.9 && at(promised) < 0.85, "{}", at(promised));
         let exponential = Distribution::Exponential { mean: 1.0 };
         assert_eq!(seen_from(&exponential, Family::Exponential), None);
