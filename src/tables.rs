@@ -319,7 +319,12 @@ impl<T: DeserializeOwned> Rows<T> {
             if !text.is_empty() {
                 // Some programs put names into quotes; numbers have none.
                 let fields = text.split(',').map(|field| field.trim_matches('"'));
-                return Ok(Some(fields.collect()));
+                let record: StringRecord = fields.collect();
+                if record.iter().any(|field| field.contains('"')) {
+                    let why = format!("line {} has a quote within a field", self.read);
+                    return Err(unlike(&self.path, why));
+                }
+                return Ok(Some(record));
             }
         }
     }
