@@ -145,7 +145,7 @@ fn is_seen(law: &Distribution, other: Family, count: usize) -> bool {
 }
 
 /// So many independent values of the law show in nine samples of ten that it is nearer than the other family, to a sixteenth; none
-/// where [`MOST`] do not.
+/// where 2,048 do not.
 pub fn seen_from(law: &Distribution, other: Family) -> Option<usize> {
     let is_seen = |count: &usize| is_seen(law, other, *count);
     let mut doubled = std::iter::successors(Some(16), |count| Some(2 * count));
