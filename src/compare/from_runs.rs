@@ -209,7 +209,7 @@ pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Opt
         (None, _) => {
             let (count, to, stage) = (all.len(), last.to, last.stage.name());
             let found = format!(
-                "{count} stretches, up to step {to} of stage {stage}, are equal to rounding"
+                "{count} stretches, the last up to step {to} of stage {stage}, are equal to rounding, and nothing is said of what is between them"
             );
             (Outcome::Pass, found)
         }

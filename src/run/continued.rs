@@ -89,7 +89,7 @@ impl<'a> Continuing<'a> {
         (self.moments, self.last) = (0, VecDeque::new());
     }
 
-    /// Of what native cannot go on from nothing is said here: other checks see that.
+    /// What native cannot go on from is no stretch; which is the last one is said.
     fn judge(&mut self, moments: usize) {
         let before = self.last.len().saturating_sub(moments);
         let moments: Vec<Snapshot> = self.last.iter().skip(before).cloned().collect();
@@ -99,8 +99,8 @@ impl<'a> Continuing<'a> {
         let (stage, from, to) = (first.stage, first.step, last.step);
         let speed = |of: &Snapshot| of.punch.map(|of| of.velocity);
         let same_speed = moments.iter().all(|of| speed(of) == speed(first));
-        // Longer ones rounding takes too far.
-        if !same_speed || to.saturating_sub(from) > 3 * STEPS_OF_EXCERPT {
+        // First steps are looked at elsewhere, and longer stretches rounding takes too far.
+        if from == 0 || !same_speed || to.saturating_sub(from) > 3 * STEPS_OF_EXCERPT {
             return;
         }
         let Ok(excerpt) = Excerpt::of_moments(self.scene, first, to) else {
