@@ -19,13 +19,13 @@ const ELSEWHERE: &str = r#"
     cargo run --release -- reproduce ⇒ runs YADE where there is one, for minutes ⇒ ci/test ⇒ "$crossgrain" reproduce --out
     ci/test ⇒ is everything ⇒ .ci/run ⇒ exec bash ci/test
     apt-get install ⇒ changes the system ⇒ ci/install_engines ⇒ lmp:lammps liggghts:liggghts esysparticle:esys-particle
-    crossgrain verify --detection-limits ⇒ takes minutes ⇒ ci/test ⇒ verify --detection-limits
+    crossgrain verify --detection-limits ⇒ takes minutes, and is a part of the main job ⇒ src/reproduce.rs ⇒ verify --detection-limits
     crossgrain stability ⇒ takes minutes ⇒ ci/test ⇒ stability --quick --out
     crossgrain bench ⇒ wants a quiet machine ⇒ ci/test ⇒ bench --quick --out
     /usr/bin/python3 -i yade_scripts/open_run.py ⇒ needs YADE, and a reader who types ⇒ tests/yade_open.rs ⇒ open_run.load(folder, settled)
     ci/release ⇒ wants root ⇒ ci/test ⇒ bash ci/release "$out/release"
     crossgrain study run methods ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/tradeoff"
-    crossgrain engine check yade ⇒ needs YADE ⇒ tests/yade_live.rs ⇒ ["engine", "check", "yade", "--loop", order, "--quiet"]
+    crossgrain engine check yade ⇒ needs YADE ⇒ tests/yade_live.rs ⇒ engine check yade --loop {order}
     crossgrain engine check exec:adapters/lammps.py ⇒ needs LAMMPS ⇒ tests/exec_adapters.rs ⇒ ["engine", "check", &engine, "--quiet", "--dispersion", "0"]
     job=$(sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ {array}\necho \"$job\"
     sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ submit[1]

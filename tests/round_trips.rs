@@ -68,8 +68,11 @@ proptest! {
             say(place, &words[..])
         };
         let (code, said, errors) = run("a");
-        // A bed that does not come to rest is a result.
-        prop_assert!(matches!(code, 0 | 3), "{options:?} {scene}: {said}{errors}");
+        // A bed that does not come to rest is a result. That a chosen step was too large for the run's own bed, which is another than the
+        // probe's, is said.
+        let beyond = said.contains("of the largest stable step of this bed");
+        let ended = if beyond { code == 1 } else { matches!(code, 0 | 3) };
+        prop_assert!(ended, "{options:?} {scene}: {said}{errors}");
         let read = read_run(place.join("a"));
         let (record, initial) = (&read.record, read.initial.clone());
         if record.softened.is_none() {

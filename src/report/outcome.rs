@@ -44,8 +44,12 @@ pub fn answer(run: &RunFolder, share: Option<f64>) -> String {
         }
     }
     if let Some(share) = share.filter(|share| *share > 1.0) {
+        let smaller = match &run.record.step_choice {
+            Some(choice) => format!("--auto-step with less than {}", choice.share),
+            None => "a smaller one, or --auto-step".to_owned(),
+        };
         said.push(format!(
-            "The time step is {share:.3} of the largest stable step of this bed: do not rely on it; take a smaller one, or --auto-step"
+            "The time step is {share:.3} of the largest stable step of this bed: do not rely on it; take {smaller}"
         ));
     }
     said.join(". ") + "."

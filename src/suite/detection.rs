@@ -9,7 +9,7 @@ use super::analytic::halved;
 use super::cross_code;
 use super::parameters::{self, Answer, Precisions};
 use super::run::{Suite, native_tracks};
-use super::{Evidence, Figures, Track, outcome};
+use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
 use crate::engine::yade::CaseInYade;
 use crate::workers::asked_to_end;
@@ -134,6 +134,12 @@ impl Subject<'_> {
         }
     }
 
+    /// Grains times steps.
+    fn work(&self) -> u64 {
+        let of = |case: &Case| case.bodies.len() as u64 * case.moments.last().copied().unwrap_or(0);
+        self.cases.iter().map(of).sum()
+    }
+
     fn is_changed_by(&self, fault: Perturbation) -> bool {
         let changes = |case: &Case| fault.changes_case(&case.model, &case.bodies);
         self.cases.iter().any(changes)
@@ -241,14 +247,25 @@ pub fn limits(
     let (names, faults): (Vec<String>, Vec<Perturbation>) = sized.chain(switched).unzip();
     let failed = |checks: Option<Vec<Check>>| checks.is_none_or(|of| outcome(&of) == Outcome::Fail);
     let probes: Vec<Case> = answers.iter().map(|of| of.probe.clone()).collect();
+    // Bits that are on record are those of the sound engine: the first moment with others is enough.
+    let on_record = |group: &&CaseGroup| group.id == cross_code::RECORDED;
+    let sound = suite.groups.iter().find(on_record);
+    let sound = sound.and_then(|group| native_tracks(&group.cases, &CaseOptions::default()).ok());
+    let sound = sound.as_deref().unwrap_or_default();
     let groups = suite.groups.iter().map(|group| Subject {
         id: group.id,
         evidence: group.evidence,
         cases: &group.cases,
-        fails: Box::new(move |cases, options| {
-            let tracks = native_tracks(cases, options).ok();
-            failed(tracks.map(|of| group.judge(&of)))
-        }),
+        fails: match on_record(&group) {
+            true => Box::new(move |cases, options| {
+                let mut both = cases.iter().zip(sound);
+                both.any(|(case, sound)| diverges(case, sound, options))
+            }),
+            false => Box::new(move |cases, options| {
+                let tracks = native_tracks(cases, options).ok();
+                failed(tracks.map(|of| group.judge(&of)))
+            }),
+        },
     });
     let asked = (!answers.is_empty()).then(|| Subject {
         id: "parameters",
@@ -275,18 +292,22 @@ pub fn limits(
         }),
     });
     let subjects: Vec<Subject> = groups.chain(asked).chain(cross).chain(precision).collect();
+    // The longest first, so that no worker is left with it at the end.
+    let mut order: Vec<usize> = (0..subjects.len()).collect();
+    order.sort_by_key(|index| std::cmp::Reverse(subjects[*index].work()));
     let finished = AtomicUsize::new(0);
-    let cases = in_parallel(subjects.len(), |index| {
+    let mut cases = in_parallel(subjects.len(), |place| {
         // Whoever asked for the table is told of the signal.
-        let row = (!asked_to_end()).then(|| subjects[index].row(&faults));
+        let row = (!asked_to_end()).then(|| subjects[order[place]].row(&faults));
         done(finished.fetch_add(1, Ordering::Relaxed) + 1, subjects.len());
-        row
+        row.map(|row| (order[place], row))
     });
+    cases.sort_by_key(|of| of.as_ref().map(|(index, _)| *index));
     let sized = |fault: &Perturbation| matches!(fault, Perturbation::Sized(..));
     Limits {
         faults: names,
         sized: faults.iter().map(sized).collect(),
-        cases: cases.into_iter().flatten().collect(),
+        cases: cases.into_iter().flatten().map(|(_, row)| row).collect(),
     }
 }
 

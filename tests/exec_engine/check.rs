@@ -110,7 +110,10 @@ fn engine_check_says_what_is_wrong() {
     let folder = &folder_with(&narrow_scene(0.05));
     for [from, to, code, message] in rows(WRONG) {
         let engine = engine(folder, "broken.py", &changed_toy(from, to));
-        let (ended, text, errors) = say(folder, &["engine", "check", &engine, "--quiet"]);
+        let (ended, text, errors) = say(
+            folder,
+            &["engine", "check", &engine, "--grains", "50", "--quiet"],
+        );
         assert_eq!(ended.to_string(), code, "{from} to {to}: {text}{errors}");
         assert!(text.contains(message), "«{message}» is missing: {text}");
     }
