@@ -229,7 +229,12 @@ pub fn are_sound(plan: &Plan, first: &str) -> BTreeSet<String> {
 #[test]
 fn choices_are_sound_scenes_around_the_printed_one() {
     for quick in [true, false] {
-        let axes = are_sound(&Plan::of_choices(quick, 3, None), "printed");
+        let axes = are_sound(&Plan::of_choices(quick, 3, None, false), "printed");
+        let readings = are_sound(&Plan::of_choices(quick, 3, None, true), "printed");
+        assert!(
+            readings.is_subset(&axes) && readings.len() > 2,
+            "{readings:?}"
+        );
         if !quick {
             let named = reasons().map(|of| of.0);
             let named: BTreeSet<&str> = named.chain([PRINTED]).collect();

@@ -30,6 +30,7 @@ const ELSEWHERE: &str = r#"
     job=$(sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ {array}\necho \"$job\"
     sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ submit[1]
     cargo test --release --test checks -- --ignored ⇒ takes ten minutes; three runs of it are a test ⇒ tests/soak.rs ⇒ the_main_job_three_times_leaves_nothing_behind
+    PROPTEST_CASES=20000 ⇒ takes a night ⇒ tests/hostile_bytes.rs ⇒ PROPTEST_CASES=20000 cargo test --release --test checks -- hostile_bytes round_trips
     RUSTC_BOOTSTRAP=1 cargo fuzz ⇒ never ends; its corpus is replayed ⇒ tests/fuzz_corpus.rs ⇒ fuzz/corpus
 "#;
 

@@ -40,6 +40,7 @@ mod flipped_bits;
 mod folder;
 mod full_disk;
 mod fuzz_corpus;
+mod hostile_bytes;
 mod hostile_names;
 mod hostile_pages;
 mod hostile_paths;

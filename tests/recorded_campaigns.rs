@@ -218,7 +218,7 @@ fn the_recorded_search_is_that_of_its_rows() {
         assert!(recorded.found_again.is_some_and(|of| of.low > 0.9));
         assert!(recorded.of_impossible.is_some_and(|least| least > CUT));
         if wave == "wave-2" {
-            let around = candidates::Plan::of_choices(false, 3, Some(&recorded));
+            let around = candidates::Plan::of_choices(false, 3, Some(&recorded), false);
             let axes = are_sound(&around, "best-1");
             assert!(axes.contains("friction of the punch") && !axes.contains("settle rule"));
             let setting = [folder.plan.study.beds.0[0][0].clone()];

@@ -15,6 +15,7 @@ pub mod run_folder;
 pub mod scene;
 pub mod seeds;
 pub mod small;
+pub mod studies;
 pub mod tables;
 pub mod yade;
 
@@ -22,7 +23,7 @@ pub mod yade;
 pub type Reader = fn(&[u8]) -> bool;
 
 /// Every reader under the name of its fuzz target and its folder of kept inputs.
-pub const READERS: [(&str, Reader); 10] = [
+pub const READERS: [(&str, Reader); 11] = [
     ("baseline", baseline::read),
     ("campaign", campaign::read),
     ("exec", exec::read),
@@ -31,6 +32,7 @@ pub const READERS: [(&str, Reader); 10] = [
     ("rows", rows::read),
     ("run_folder", run_folder::read),
     ("scene", scene::read),
+    ("studies", studies::read),
     ("tables", tables::read),
     ("yade", yade::read),
 ];

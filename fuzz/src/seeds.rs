@@ -9,8 +9,9 @@ use crossgrain::checks::{Check, Outcome};
 use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
 use crossgrain::study::campaign::Member;
-use crossgrain::study::realization::Engines;
-use crossgrain::study::{Study, store};
+use crossgrain::study::member::Beds;
+use crossgrain::study::realization::{Engines, Setting, Specification};
+use crossgrain::study::{Study, candidates, search, store, tradeoff};
 use crossgrain::tables::{write_bodies, write_contacts};
 use grains::generate::initial_bodies;
 use grains::native;
@@ -19,7 +20,7 @@ use grains::tables::{Contact, Snapshot};
 use grains::task::{self, Observer, Task};
 
 use super::parts::{join, packed};
-use super::{campaign, parts, run_folder, small};
+use super::{campaign, parts, run_folder, small, studies};
 
 /// Sound inputs: target, name, input.
 pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
@@ -56,6 +57,9 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     seed("campaign", "merged", merged_seed(&members));
     for (name, input) in rows() {
         seed("rows", name, input.into_bytes());
+    }
+    for (name, input) in studies() {
+        seed("studies", name, input);
     }
     seed("record", "verify", record().into_bytes());
     let track = track(&scene);
@@ -161,6 +165,42 @@ fn campaign_seed(members: &[Member]) -> Vec<u8> {
 fn merged_seed(members: &[Member]) -> Vec<u8> {
     let lines: String = members.iter().map(|of| json_of(of) + "\n").collect();
     join(&[("repair", b""), ("members.jsonl", lines.as_bytes())])
+}
+
+/// A study of each kind that has one bed on two clouds, with its rows.
+fn studies() -> [(&'static str, Vec<u8>); 3] {
+    let setting = |clouds| {
+        let of = Specification::native(small::scene());
+        Setting::new("one", "one", "candidates", of, clouds)
+    };
+    let beds = Beds(vec![vec![setting(2)]]);
+    let candidates = candidates::Plan {
+        beds,
+        ladders: Vec::new(),
+    };
+    let size = search::Size {
+        beds: 2,
+        loads: 1,
+        clouds: 1,
+    };
+    let search = search::Plan::first(small::scene(), size);
+    let tradeoff = tradeoff::plan::Plan::new(small::scene(), 1, 0);
+    [
+        ("candidates", with_rows(&candidates)),
+        ("search", with_rows(&search)),
+        ("tradeoff", with_rows(&tradeoff)),
+    ]
+}
+
+/// With the rows of its first two tasks.
+fn with_rows<S: Study>(plan: &S) -> Vec<u8> {
+    let work = parts::folder();
+    let row = |number| {
+        let made = plan.run(number, &Engines::default(), work.path());
+        (number, made.expect("a row"))
+    };
+    let rows: Vec<(u64, S::Row)> = (1..=plan.count().min(2)).map(row).collect();
+    studies::seed(plan, &rows)
 }
 
 /// A record with a check of each kind.

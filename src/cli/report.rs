@@ -411,7 +411,9 @@ impl OfRun {
     fn execute(self) -> Result<u8, Error> {
         const RECORD: &str = "outcome.json";
         self.results.check(RECORD)?;
-        let run = RunFolder::read(&self.run)?;
+        let mut run = RunFolder::read(&self.run)?;
+        // The page shows nothing of it, and it takes room.
+        run.initial = grains::tables::Bodies::default();
         let text = json(&run.record)?;
         let document = unless_asked_to_end(move || {
             let share = time_step::largest_share(&run)?;

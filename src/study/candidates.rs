@@ -196,6 +196,8 @@ struct Choice {
     change: fn(f64) -> Change,
     /// Open, and no axis of the search: varied around its best setting too.
     is_beside_search: bool,
+    /// What the paper's words may mean physically, and no value that they leave out.
+    is_reading: bool,
 }
 
 const fn choice(name: &'static str, unit: &'static str) -> Choice {
@@ -207,6 +209,7 @@ const fn choice(name: &'static str, unit: &'static str) -> Choice {
         few: &[],
         change: Settled,
         is_beside_search: false,
+        is_reading: false,
     }
 }
 
@@ -229,6 +232,13 @@ impl Choice {
         }
     }
 
+    const fn a_reading(self) -> Self {
+        Choice {
+            is_reading: true,
+            ..self
+        }
+    }
+
     const fn beside_search(self) -> Self {
         Choice {
             is_beside_search: true,
@@ -237,7 +247,7 @@ impl Choice {
     }
 }
 
-const CHOICES: [Choice; 18] = [
+const CHOICES: [Choice; 20] = [
     choice("settle rule", "of the peak")
         .because(
             "'almost completely dissipate'; kinetic energy over its peak, from visible motion to \
@@ -280,7 +290,16 @@ const CHOICES: [Choice; 18] = [
         .over(&[0.1, 0.45], &[], Step),
     choice("mass of a grain", "(a sphere's)")
         .because("'spherical' particles, but weights of discs one metre long")
-        .over(&[1.0], &[], |_| Spheres),
+        .over(&[1.0], &[], |_| Spheres)
+        .a_reading(),
+    choice("mass of a sphere in a slab", "of a disc's")
+        .because("'spherical' particles: in a slab one diameter thick, with the force 2ap times that, a metre of it has so much")
+        .over(&[2.0 / 3.0], &[], Change::Density)
+        .a_reading(),
+    choice("number of grains as printed", "grains")
+        .because("5,000 placed, fewer that stayed: so many of 10 mm are the bed of the printed height and porosity")
+        .over(&[4857.0], &[], |of| Size(1.0, of / 5000.0))
+        .a_reading(),
     choice("dispersion of diameters", "of the mean")
         .because(
             "0.05 is printed, of a 'quasi-uniform' distribution; from nearly equal grains to \
@@ -301,19 +320,22 @@ const CHOICES: [Choice; 18] = [
         .over(&[0.2, 0.5, 0.8], &[0.5], |e_n| {
             Dashpots(e_n, Damped::InBothStages)
         })
-        .beside_search(),
+        .beside_search()
+        .a_reading(),
     choice("dashpots, damping in pouring alone", RESTITUTION)
         .because(DASHPOTS)
         .over(&[0.2, 0.5, 0.8], &[], |e_n| {
             Dashpots(e_n, Damped::InPouring)
         })
-        .beside_search(),
+        .beside_search()
+        .a_reading(),
     choice("dashpots alone", RESTITUTION)
         .because(DASHPOTS)
         .over(&[0.2, 0.5, 0.8], &[0.5], |e_n| {
             Dashpots(e_n, Damped::Nowhere)
         })
-        .beside_search(),
+        .beside_search()
+        .a_reading(),
     choice("volume of a grain", "(the bed's porosity)")
         .because(
             "'the particle and the associated void space'; not by its radical cell but with the \
@@ -336,7 +358,9 @@ pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
 impl Plan {
     /// The choices that the paper leaves open, one at a time around our default; or around the best setting of a search, those
     /// that are no axes of it. What they are varied around is first; settings that pour alike share their beds.
-    pub fn of_choices(quick: bool, clouds: u64, found: Option<&Search>) -> Self {
+    ///
+    /// With `readings` alone, those that read the paper's words in another way, around either.
+    pub fn of_choices(quick: bool, clouds: u64, found: Option<&Search>, readings: bool) -> Self {
         let best = found.and_then(|of| of.best.first());
         let printed = space::base(quick);
         let base = best.map_or(printed.clone(), |of| space::scene(&printed, &of.at));
@@ -360,7 +384,7 @@ impl Plan {
             None => add("printed", PRINTED, PRINTED, &[], &[]),
         }
         let (speeds, alphas): (&[f64], &[f64]) = match quick {
-            _ if found.is_some() => (&[], &[]),
+            _ if found.is_some() || readings => (&[], &[]),
             true => (&[0.05, 0.5], &[0.8]),
             false => (&[0.05, 0.07, 0.1, 0.2, 0.5], &[0.05, 0.1, 0.2, 0.4, 0.8]),
         };
@@ -373,7 +397,11 @@ impl Plan {
             }
         }
         let all = CHOICES.iter();
-        for of in all.filter(|of| found.is_none() || of.is_beside_search) {
+        let taken = |of: &&Choice| match readings {
+            true => of.is_reading,
+            false => found.is_none() || of.is_beside_search,
+        };
+        for of in all.filter(taken) {
             let word = of.name.replace([',', ' '], "-").replace("--", "-");
             for value in if quick { of.few } else { of.values } {
                 let name = format!("{}: {value} {}", of.name, of.unit);

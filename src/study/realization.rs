@@ -495,6 +495,8 @@ pub enum Change {
     Hold(f64),
     /// Grains have the mass of spheres.
     Spheres,
+    /// Share of the density.
+    Density(f64),
     /// Mean diameter, m, with as many grains in a cloud that is as loose.
     Diameter(f64),
     DiameterSameArea(f64),
@@ -577,6 +579,11 @@ impl Change {
             }
             Change::Hold(_) => {}
             Change::Spheres => scene.particles.shape = Shape::Sphere,
+            Change::Density(share) => {
+                let of_loading = scene.loading.material.iter_mut();
+                let all = std::iter::once(&mut scene.material).chain(of_loading);
+                all.for_each(|of| of.density *= share);
+            }
             Change::Diameter(diameter) | Change::DiameterSameArea(diameter) => {
                 let ratio = scene.particles.mean_diameter / diameter;
                 *columns = (f64::from(*columns) * ratio).floor().max(1.0) as u32;

@@ -159,10 +159,13 @@ pub struct CandidatesArguments {
     /// axes of it, around its best setting
     #[arg(long, conflicts_with = "best")]
     choices: bool,
+    /// Of the choices those alone that read the paper's words in another way, such as dashpots
+    #[arg(long, conflicts_with_all = ["best", "choices"])]
+    readings: bool,
     /// A small bed
     #[arg(long)]
     quick: bool,
-    /// Packings of every setting [default: 400, with --choices 24]
+    /// Packings of every setting [default: 400, with --choices 24, with --readings 48]
     #[arg(long, value_parser = clap::value_parser!(u64).range(3..=10_000))]
     clouds: Option<u64>,
     #[command(flatten)]
@@ -171,11 +174,16 @@ pub struct CandidatesArguments {
 
 impl CandidatesArguments {
     fn execute(self) -> Result<u8, Error> {
-        let clouds = self.clouds.unwrap_or(if self.choices { 24 } else { 400 });
+        let clouds = match [self.choices, self.readings] {
+            [true, _] => 24,
+            [_, true] => 48,
+            _ => 400,
+        };
+        let clouds = self.clouds.unwrap_or(clouds);
         let found = self.search.as_deref().map(searched).transpose()?;
         let found = found.as_ref().map(|(_, found)| found);
-        let plan = match self.choices {
-            true => candidates::Plan::of_choices(self.quick, clouds, found),
+        let plan = match self.choices || self.readings {
+            true => candidates::Plan::of_choices(self.quick, clouds, found, self.readings),
             false => candidates::Plan::new(self.quick, clouds, found, self.best.into()),
         };
         let (settings, beds) = (plan.beds.settings().count(), plan.beds.0.len());

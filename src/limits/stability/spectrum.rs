@@ -32,7 +32,7 @@ use rand_core::{Rng, SeedableRng};
 
 use super::Result;
 use grains::model::Law;
-use grains::native::{effective, run_case};
+use grains::native::{CaseOptions, effective, watch_case};
 use grains::scene::{SlipVelocity, TorqueArms};
 use grains::tables::{BodyIds, Contact, Snapshot};
 use grains::task::{Case, Effective, EffectiveContact};
@@ -99,10 +99,15 @@ pub struct Limit {
 
 /// The parameters that the native engine says it uses for a case, and the case as it starts.
 pub(super) fn at_start(case: &Case) -> Result<(Effective, Option<Snapshot>)> {
-    let mut still = case.clone();
-    still.moments = vec![0];
-    let mut track = run_case(&still, None)?;
-    Ok((effective(&still, None)?, track.pop()))
+    debug_assert_eq!(case.moments.first(), Some(&0));
+    // One after the other, so that a large bed is not held twice.
+    let parameters = effective(case, None)?;
+    let mut start = None;
+    watch_case(case, &CaseOptions::default(), &mut |snapshot| {
+        start = Some(snapshot);
+        false
+    })?;
+    Ok((parameters, start))
 }
 
 impl Network {
