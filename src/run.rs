@@ -139,8 +139,26 @@ fn followed(
         let why = format!("{why}: forces or speeds are too large for an energy");
         return Err(ProgramError::Nonsense(why).into());
     }
+    let of_stage = |stage: Stage| {
+        recorder
+            .history
+            .iter()
+            .filter(move |row| row.stage == stage)
+    };
+    if let (Some(settled), Some(begun)) = (
+        of_stage(Stage::Settle).next_back(),
+        of_stage(Stage::Load).next(),
+    ) && settled.state != begun.state
+    {
+        let why = "loading begins with other grains than those of the settled bed, and nothing may move between the stages";
+        return Err(ProgramError::Nonsense(why.to_owned()).into());
+    }
     let mut continuing = recorder.continuing;
-    continuing.iter_mut().for_each(Continuing::end_of_stage);
+    let last = outcome.stages.last();
+    let by_rule = last.is_some_and(|of| of.stop == StopReason::Settled);
+    continuing
+        .iter_mut()
+        .for_each(|of| of.end_of_stage(by_rule));
     Ok(Made {
         outcome,
         engine,

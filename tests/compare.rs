@@ -4,6 +4,7 @@ use crossgrain::checks::Outcome;
 use crossgrain::compare::{Comparison, compare, first_difference::Locator, from_runs};
 use crossgrain::run::folder::Moment;
 use grains::scene::TimeStep;
+use verdict::envelope::Resolution;
 use verdict::judge::Verdict;
 
 use crate::support::*;
@@ -261,4 +262,24 @@ fn a_bed_that_settled_too_early_is_found() {
     velocities.for_each(|of| *of *= 3.0);
     let why = from_runs::against_rules(&run).expect("found");
     has(&why, ["J left"]);
+}
+
+/// A spring that is turned to the first order leaves the tangent a little, so that normal forces are not those of overlaps alone.
+#[test]
+fn tables_of_a_rough_bed_follow_from_its_grains() {
+    for realization in 1..=4 {
+        let mut scene = frictional_scene();
+        scene.realization = realization;
+        scene.settle.kinetic_energy_fraction = 0.05;
+        let mut run = native_run(&scene, sound(), Protocol::Whole);
+        let judged = |run: &RunFolder| {
+            let found = from_runs::contact_tables(run, "a", Some(Resolution::DOUBLE));
+            found.expect("grains that touch").outcome
+        };
+        assert_eq!(judged(&run), Outcome::Pass, "{realization}");
+        let slides = |of: &&mut Contact| of.tangential_force != 0.0;
+        let one = run.last.contacts.iter_mut().find(slides);
+        one.expect("friction").normal_force *= 1.05;
+        assert_eq!(judged(&run), Outcome::Fail, "{realization}");
+    }
 }

@@ -325,8 +325,8 @@ fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radiu
         let (text, _) = ends(folder, 0, &check);
         let states = text.matches("equal to rounding  ").count();
         has(&text, ["AGREED: Equal to rounding"]);
-        // Four without friction, two with other constants, and six as a scene.
-        assert_eq!(states, 12, "{text}");
+        // Four without friction, two with other constants, a drawn law, and six as a scene.
+        assert_eq!(states, 13, "{text}");
     }
 }
 

@@ -235,7 +235,8 @@ fn touched(of: &Judgement) -> String {
         false => format!("; of {} they say nothing", of.unseen.join(", ")),
     };
     format!(
-        "{states} states of {grains} grains, at most {} at once{unseen}",
+        "{states} states of {grains} grains with radii up to {:.2} times the smallest, at most {} at once{unseen}",
+        of.radii,
         counts.join(", ")
     )
 }

@@ -35,6 +35,8 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
             start,
             key: key.to_owned(),
             probed: true,
+            drawn: false,
+            faster: 1.0,
         });
     };
     add(
@@ -199,7 +201,7 @@ pub fn contact_tables(
 /// that single precision explains decide nothing.
 pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Option<Check> {
     let all = &run.record.continued;
-    let last = all.last()?;
+    let _ = all.first()?;
     let left = |of: Resolution| all.iter().find(|stretch| !stretch.is_rounding(of));
     let in_words = |of: &Continued| {
         let (stage, from, to) = (of.stage.name(), of.from, of.to);
@@ -207,9 +209,10 @@ pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Opt
     };
     let (outcome, found) = match (left(measured.unwrap_or(Resolution::DOUBLE)), measured) {
         (None, _) => {
-            let (count, to, stage) = (all.len(), last.to, last.stage.name());
             let found = format!(
-                "{count} stretches, the last up to step {to} of stage {stage}, are equal to rounding, and nothing is said of what is between them"
+                "{} stretches are equal to rounding, {}; nothing is said of what is between them",
+                all.len(),
+                reached(run, all)
             );
             (Outcome::Pass, found)
         }
@@ -220,8 +223,26 @@ pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Opt
     let check = Check::of_words(format!("stretches-{id}"), &what, outcome, &found);
     Some(check.required().judged_by(
         "native runs from moments of this very run, and replicas of them with rounding errors, against what the run told next",
-        "three moments a stretch: one in each doubling of the steps, and the end of each stage",
+        "up to three moments a stretch: one in each doubling of the steps, and the end of each stage",
     ))
+}
+
+/// Up to where stretches look at each stage.
+fn reached(run: &RunFolder, all: &[Continued]) -> String {
+    let of_stage = run.record.stages.iter().map(|of| {
+        let (stage, steps) = (of.stage.name(), of.steps);
+        let own = all.iter().filter(|stretch| stretch.stage == of.stage);
+        match own.map(|stretch| stretch.to).max() {
+            Some(to) if to == steps => format!("the last of stage {stage} up to its end"),
+            Some(to) => {
+                format!(
+                    "the last of stage {stage} up to step {to}, and none after it to step {steps}"
+                )
+            }
+            None => format!("none of stage {stage}"),
+        }
+    });
+    of_stage.collect::<Vec<_>>().join(", ")
 }
 
 /// The same of a scene alone, as native runs it.

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use grains::scene::Scene;
 use grains::tables::{Snapshot, Stage};
+use grains::task::Until;
 use serde::{Deserialize, Serialize};
 use verdict::envelope::{FACTOR, Resolution};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
@@ -39,6 +40,12 @@ const MOMENTS: usize = 3;
 /// The first stretch ends at this moment of a stage, counted from 0, and each further one at twice the moment; the last one ends with the
 /// stage.
 const FIRST: usize = 4;
+/// Over more steps rounding grows too far.
+const LONGEST: u64 = 3 * STEPS_OF_EXCERPT;
+/// The liveliest moment is not looked for between moments that are so far apart.
+const MOST_BETWEEN: u64 = 10_000;
+/// A rule that is missed by this share of its energy is not missed by rounding.
+const SETTLED_FOR_SURE: f64 = 1.0e-3;
 /// Larger beds would cost too much memory.
 const LARGEST: usize = 100_000;
 
@@ -48,6 +55,9 @@ pub struct Continuing<'a> {
     last: VecDeque<Snapshot>,
     /// Of this stage.
     moments: usize,
+    /// The largest kinetic energy of a moment of settling, J, and the moment before that one, if there is one.
+    peak: f64,
+    before_peak: Option<Snapshot>,
     pub found: Vec<Continued>,
 }
 
@@ -57,6 +67,8 @@ impl<'a> Continuing<'a> {
             scene,
             last: VecDeque::new(),
             moments: 0,
+            peak: 0.0,
+            before_peak: None,
             found: Vec::new(),
         }
     }
@@ -66,7 +78,12 @@ impl<'a> Continuing<'a> {
             return;
         }
         if self.last.back().is_some_and(|last| last.stage != of.stage) {
-            self.end_of_stage();
+            self.end_of_stage(true);
+        }
+        let energy = of.bodies.kinetic_energy();
+        if of.stage == Stage::Settle && energy > self.peak {
+            self.peak = energy;
+            self.before_peak = Some(self.last.back().unwrap_or(of).clone());
         }
         if self.last.len() > MOMENTS {
             self.last.pop_front();
@@ -78,40 +95,104 @@ impl<'a> Continuing<'a> {
         self.moments += 1;
     }
 
-    pub fn end_of_stage(&mut self) {
+    /// The last moments of a stage that a rule has ended, or the number of its steps.
+    pub fn end_of_stage(&mut self, by_rule: bool) {
         let last = self.last.back().map(|of| (of.stage, of.step));
         let judged = self.found.last().map(|of| (of.stage, of.to));
-        if self.moments > MOMENTS && last != judged {
+        if last != judged {
             let steps: Vec<u64> = self.last.iter().map(|of| of.step).collect();
-            let is_short = steps[2] + steps[2] > steps[1] + steps[3];
+            let is_short = matches!(steps[..], [_, a, b, c] if b + b > a + c);
             self.judge(MOMENTS + usize::from(is_short));
+        }
+        if by_rule {
+            let missed = self.settled_before();
+            self.found.extend(missed);
         }
         (self.moments, self.last) = (0, VecDeque::new());
     }
 
-    /// What native cannot go on from is no stretch; which is the last one is said.
+    /// That the rule of settling held at an earlier look, as native goes on from the moment before the last ones: with the largest energy
+    /// at a look around the liveliest moment, which may have been larger elsewhere; then the rule held earlier still.
+    fn settled_before(&self) -> Option<Continued> {
+        let end = self.last.back()?;
+        let is_near = |of: &&Snapshot| end.step - of.step <= LONGEST;
+        let first = self.last.iter().find(is_near)?;
+        let before = self.before_peak.as_ref()?;
+        let after = before.step + 2 * self.scene.measurement.history_every;
+        let at_peak = self.looks(before, after)?;
+        let peak = at_peak.iter().fold(0.0, |most: f64, of| most.max(of.1));
+        let most = self.scene.settle.kinetic_energy_fraction * peak;
+        let looks = self.looks(first, end.step)?;
+        let held = |of: &&(u64, f64)| of.0 < end.step && of.1 <= most * (1.0 - SETTLED_FOR_SURE);
+        let (step, energy) = looks.iter().find(held)?;
+        Some(Continued {
+            stage: end.stage,
+            from: first.step,
+            to: end.step,
+            ratio: f64::MAX,
+            // At rest such grains have energies of their rounding.
+            in_single: Some(0.0),
+            found: format!(
+                "the rule of settling held at step {step} already: {energy:e} J, {most:e} J at most"
+            ),
+        })
+    }
+
+    /// Step and kinetic energy, J, at each look of the rule of settling after this moment, as native makes them.
+    fn looks(&self, first: &Snapshot, last: u64) -> Option<Vec<(u64, f64)>> {
+        if first.stage != Stage::Settle || last - first.step > 2 * MOST_BETWEEN {
+            return None;
+        }
+        let mut excerpt = Excerpt::of_moments(self.scene, first, last).ok()?;
+        let every = self.scene.settle.check_every;
+        excerpt.scene.measurement.history_every = every;
+        let looks = excerpt.native(None).ok()?.into_iter();
+        let looks = looks.filter(|of| of.step > first.step && of.step.is_multiple_of(every));
+        Some(
+            looks
+                .map(|of| (of.step, of.bodies.kinetic_energy()))
+                .collect(),
+        )
+    }
+
+    /// What native cannot go on from is no stretch; up to where stretches reach is said.
     fn judge(&mut self, moments: usize) {
+        let is_long = |of: &[Snapshot]| {
+            let steps = [of.first(), of.last()].map(|of| of.map_or(0, |of| of.step));
+            steps[1] - steps[0] > LONGEST
+        };
         let before = self.last.len().saturating_sub(moments);
-        let moments: Vec<Snapshot> = self.last.iter().skip(before).cloned().collect();
+        let mut moments: Vec<Snapshot> = self.last.iter().skip(before).cloned().collect();
+        // Of a job that begins with loading nobody says whether the punch touches already: it is where it just would.
+        let begins = |of: &[Snapshot]| {
+            let first = of.first();
+            first.is_some_and(|of| of.stage == Stage::Load && of.step == 0)
+        };
+        while is_long(&moments) || begins(&moments) {
+            moments.remove(0);
+        }
         let [first, .., last] = &moments[..] else {
             return;
         };
         let (stage, from, to) = (first.stage, first.step, last.step);
         let speed = |of: &Snapshot| of.punch.map(|of| of.velocity);
-        let same_speed = moments.iter().all(|of| speed(of) == speed(first));
-        // First steps are looked at elsewhere, and longer stretches rounding takes too far.
-        if from == 0 || !same_speed || to.saturating_sub(from) > 3 * STEPS_OF_EXCERPT {
-            return;
-        }
-        let Ok(excerpt) = Excerpt::of_moments(self.scene, first, to) else {
+        let stops = stage == Stage::Load && speed(first) != speed(last);
+        let Ok(mut excerpt) = Excerpt::of_moments(self.scene, first, to) else {
             return;
         };
+        // Where it stops is for its rule to say.
+        if stops {
+            excerpt.task.until = Until::EndOfLoading;
+        }
         let judge = |of: Resolution| excerpt.judge(Ok(moments.clone()), of).ok();
         let ratio = |of: &OfStart| {
             let far = of.farthest.as_ref();
             far.map_or(f64::MAX, |of| of.ratio.min(f64::MAX))
         };
-        let Some(double) = judge(Resolution::COARSE_DOUBLE) else {
+        let double = judge(Resolution::COARSE_DOUBLE);
+        // Where the rule holds at another step there is nothing to hold against: other checks judge the step.
+        let is_held = |of: &OfStart| of.farthest.is_some() || !stops;
+        let Some(double) = double.filter(is_held) else {
             return;
         };
         let single = Some(&double).filter(|of| ratio(of) > FACTOR);

@@ -41,7 +41,10 @@ typedef FORCE_REAL freal;
     X(coarse_moments_only) X(last_grain_without_pairs) X(torque_only_second) X(limit_from_spring_alone) \
     X(settle_ten_times) X(settle_without_peak) X(load_half_target) X(standing_still_ignored) \
     X(punch_starts_highest_of_all) X(punch_force_over_reported) X(shear_lost_every_1000) \
-    X(wall_friction_lost_after_3000) X(velocities_full_step_after_3000)
+    X(wall_friction_lost_after_3000) X(velocities_full_step_after_3000) \
+    X(settle_without_spins) X(punch_starts_by_centres) X(arms_follow_slip) \
+    X(zero_at_walls_is_unset) X(friction_capped) X(blocked_without_dashpots) \
+    X(weightless_while_standing)
 #define RIGHTS(X) \
     X(pairs_reversed) X(walls_first) X(sums_shuffled) X(sweep_search) X(all_pairs_search) X(reciprocals) \
     X(with_hypot) X(momenta) X(scaled_units) X(degrees) X(mirrored) X(origin_shifted) X(compensated_sums) \
@@ -313,6 +316,8 @@ static void read_model(const Json *from) {
     angle[2] = number_or(law, "punch_friction_angle", angle[0]);
     if (IS(wall_friction_ignored)) angle[1] = angle[0];
     if (IS(punch_friction_is_walls)) angle[2] = angle[1];
+    if (IS(zero_at_walls_is_unset) && angle[1] == 0) angle[1] = angle[0];
+    if (IS(friction_capped) && angle[0] > 0.8) angle[0] = 0.8;
     for (int i = 0; i < 3; i++) {
         m->friction |= angle[i] > 0;
         real tangent = tan((real)angle[i]);
@@ -340,7 +345,9 @@ static void read_model(const Json *from) {
     m->corrected = !is_text(contact, "slip_velocity", "contact_point");
     if (IS(slip_always_corrected)) m->corrected = 1;
     if (IS(slip_never_corrected)) m->corrected = 0;
+    if (IS(blocked_without_dashpots) && m->friction && !is_free) m->dashpots = 0;
     m->half_arms = !is_text(contact, "torque_arms", "contact_point") || IS(arms_always_half_overlap);
+    if (IS(arms_follow_slip)) m->half_arms = m->corrected;
     m->since_touch = is_text(contact, "new_contact_slip", "since_touch") && !IS(new_slip_whole_step);
 }
 
@@ -992,6 +999,7 @@ static void place_punch(const Json *rules) {
     for (int i = 0; i < N; i++) {
         real top = x[1][i] + radius[i];
         if (!IS(punch_starts_highest_of_all) && fabs(x[0][i] - punch.c[0]) >= punch.h[0] + radius[i]) continue;
+        if (IS(punch_starts_by_centres) && fabs(x[0][i] - punch.c[0]) >= punch.h[0]) continue;
         if (!any++ || top > punch.start) punch.start = top;
     }
     if (!any) punch.start = -origin[1] * unit_x[1];
@@ -1004,7 +1012,7 @@ static double kinetic_energy(void) {
     for (int i = 0; i < N; i++) {
         real vx = velocity(0, i), vz = velocity(1, i);
         sum += (double)((real)0.5 * mass[i] * (vx * vx + vz * vz));
-        if (has_spin) sum += (double)((real)0.5 * inertia[i] * w[i] * w[i]);
+        if (has_spin && !IS(settle_without_spins)) sum += (double)((real)0.5 * inertia[i] * w[i] * w[i]);
     }
     double unit = (double)(unit_length * unit_length * unit_mass / (unit_time * unit_time));
     return sum / unit;
@@ -1077,6 +1085,7 @@ static long run_scene(const char *folder, const Json *job) {
     for (stop = NULL;; step++) {
         if (step > first) move();
         recording = 1;
+        if (IS(weightless_while_standing) && stands_since >= 0 && step - stands_since > 20) model.gravity[1] = 0;
         if (step > first || load_at_start) forces(); /* Loading begins with the forces of the settled bed. */
         double force = (double)punch.force / force_unit, depth = (double)((punch.start - (punch.c[1] - punch.h[1])) / unit_x[1]);
         if (fixed) {

@@ -116,7 +116,9 @@ pub fn contradiction(
     let is_off = |of: &Paired<'_>| match (of.their, of.own) {
         (Some(a), Some(b)) => {
             let by_length = 2.0 * b.normal_force / b.overlap * length;
-            let force = (a.normal_force - b.normal_force).abs();
+            // A spring that is turned to the first order leaves the tangent a little.
+            let out_of_tangent = OUT_OF_TANGENT * a.tangential_force.abs();
+            let force = (a.normal_force - b.normal_force).abs() - out_of_tangent;
             (a.overlap - b.overlap).abs() > length
                 || apart(a.normal, b.normal) > 4.0 * length / radius
                 || apart(a.point, b.point) > 8.0 * length
@@ -126,7 +128,12 @@ pub fn contradiction(
         (None, None) => false,
     };
     if paired(theirs, own).iter().any(is_off) {
-        return Ok(Some(in_words(theirs, own)));
+        // What friction remembers is not made anew.
+        let of_grains = theirs.iter().map(|of| Contact {
+            tangential_force: 0.0,
+            ..of.clone()
+        });
+        return Ok(Some(in_words(&of_grains.collect::<Vec<_>>(), own)));
     }
     let limit = |of: &Contact| {
         let angle = law.friction_angles()[kind_of_pair(state, of.id1)];
@@ -149,6 +156,8 @@ pub fn contradiction(
 
 /// A share of a number that is rounding.
 const ROUNDED: f64 = 1.0e-12;
+/// How much of a tangential force may lie along the normal.
+pub(crate) const OUT_OF_TANGENT: f64 = 0.01;
 
 /// A factor is told if all rows have it but for this share of it.
 const SAME: f64 = 1.0e-6;

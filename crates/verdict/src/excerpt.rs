@@ -7,10 +7,11 @@ use evidence::in_parallel;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise};
 use grains::scene::{AfterForce, Scene};
-use grains::tables::{Bodies, Remembered, Snapshot};
+use grains::tables::{Bodies, BodyIds, Remembered, Snapshot};
 use grains::task::{Case, Observer, Seen, Start, Task, Until};
 
 use crate::Answer;
+use crate::contacts::OUT_OF_TANGENT;
 use crate::envelope::{self, Envelope, Resolution};
 use crate::judge::{NotAsked, OTHER_MOMENTS, OfStart, Verdict, verdict};
 
@@ -92,14 +93,21 @@ impl Excerpt {
         self.run(None, &mut forces)?;
         self.scene.measurement.history_every = every;
         let (mut largest, mut slowest) = (0.0, None);
-        for force in forces.0 {
+        for (at, [force, _]) in forces.0.iter().enumerate() {
             let grown = force / largest;
-            if grown > LEAST_GROWN && slowest.is_none_or(|(least, _)| grown < least) {
-                slowest = Some((grown, (force * largest).sqrt()));
+            let target = (force * largest).sqrt();
+            let by_normals = forces.0.iter().position(|of| of[1] >= target);
+            // Best where normal forces alone have it in another step.
+            let of = (by_normals == Some(at), grown);
+            if grown.is_finite()
+                && grown > LEAST_GROWN
+                && slowest.is_none_or(|(least, _)| of < least)
+            {
+                slowest = Some((of, target));
             }
             largest = force.max(largest);
         }
-        let Some((_, target)) = slowest.filter(|(grown, _)| grown.is_finite()) else {
+        let Some((_, target)) = slowest else {
             return Ok(None);
         };
         let dt = self.scene.time_step_seconds();
@@ -133,6 +141,45 @@ impl Excerpt {
         of.task.until = Until::EndOfSettling;
         let rises = falls.is_some_and(|of| (of[0] * of[1]).sqrt() > looks[0]);
         Ok(rises.then_some(of))
+    }
+
+    /// From a state whose grains spin to a look at which the rule holds by all kinetic energy, and not by that of the velocities alone.
+    /// None where there is no such look.
+    pub fn until_spins_settle(
+        start: &str,
+        key: &str,
+        scene: &Scene,
+        from: Start,
+    ) -> Result<Option<Self>, NativeError> {
+        let mut of = Excerpt::new(start, key, scene, from);
+        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
+        of.task.until = Until::Step(STEPS_OF_EXCERPT);
+        let moments = of.native(None)?;
+        let looks = moments[1..].iter().map(|of| {
+            let mut without = of.bodies.clone();
+            without.spin.fill(0.0);
+            [of.bodies.kinetic_energy(), without.kinetic_energy()]
+        });
+        let looks: Vec<[f64; 2]> = looks.collect();
+        // The first look at which the rule holds with this share of the largest energy so far.
+        let holds = |which: usize, share: f64| {
+            let mut peak = 0.0;
+            looks.iter().position(|of| {
+                peak = of[which].max(peak);
+                of[which] <= share * peak
+            })
+        };
+        let shares = (1..100).map(|percent| f64::from(percent) / 100.0);
+        let mut apart = shares.filter(|share| {
+            let at = holds(0, *share);
+            let is_safe = [0.999, 1.001].iter().all(|by| holds(0, by * share) == at);
+            at.is_some_and(|at| at > 0) && is_safe && holds(1, *share) != at
+        });
+        let share = apart.next();
+        of.scene.settle.check_every = EXCERPT_EVERY;
+        of.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
+        of.task.until = Until::EndOfSettling;
+        Ok(share.map(|_| of))
     }
 
     /// Moments that a run itself has told, of which the native engine goes on from the first.
@@ -169,7 +216,8 @@ impl Excerpt {
         of
     }
 
-    fn native(&self, noise: Option<Noise>) -> Result<Vec<Snapshot>, NativeError> {
+    /// Its moments as the native engine makes them.
+    pub fn native(&self, noise: Option<Noise>) -> Result<Vec<Snapshot>, NativeError> {
         let mut seen: Vec<Snapshot> = Vec::new();
         self.run(noise, &mut seen)?;
         Ok(seen)
@@ -208,12 +256,20 @@ impl Excerpt {
 
     /// The last moment of the native run, made from its second one with what tables have of that one's memory.
     fn remembering_again(&self, own: &[Snapshot]) -> Result<Option<Snapshot>, NativeError> {
-        let [_, before, .., last] = own else {
+        let [first, .., last] = own else {
             return Ok(None);
         };
         if !self.remembers_by_tables {
             return Ok(None);
         }
+        let mut finer = self.clone();
+        if own.len() == 2 {
+            finer.scene.measurement.history_every = ((last.step - first.step) / 2).max(1);
+        }
+        let moments = finer.native(None)?;
+        let [_, before, .., _] = &moments[..] else {
+            return Ok(None);
+        };
         let mut again = self.clone();
         again.task = Task {
             start: Start {
@@ -308,15 +364,17 @@ fn remembered(scene: &Scene, of: &Snapshot) -> Result<Vec<Remembered>, NativeErr
     Ok(memory)
 }
 
-/// How much of a tangential force may lie along the normal, and how much of a normal one is rounding.
-const OUT_OF_TANGENT: f64 = 0.01;
+/// How much of a normal force is rounding.
 const ROUNDED: f64 = 1.0e-9;
 
-/// The forces on the punch, N.
-struct Forces(Vec<f64>);
+/// The forces on the punch, and what normal forces have of them, N.
+struct Forces(Vec<[f64; 2]>);
 
 impl Observer for Forces {
     fn snapshot(&mut self, of: &Snapshot) {
-        self.0.extend(of.punch.map(|punch| punch.force));
+        let id = BodyIds::of_box(of.bodies.len() as u32).punch();
+        let at_punch = of.contacts.iter().filter(|of| of.id1 == id);
+        let normal: f64 = at_punch.map(|of| -of.normal_force * of.normal[1]).sum();
+        self.0.extend(of.punch.map(|punch| [punch.force, normal]));
     }
 }

@@ -109,6 +109,8 @@ pub struct Limit {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
     pub grains: usize,
+    /// The largest radius over the smallest in any of the states.
+    pub radii: f64,
     /// How coarsely the engine computes; that of double precision where it was not measured.
     pub resolution: Resolution,
     /// The largest coordinate of the states that tell it, m.
@@ -186,6 +188,12 @@ fn ratio(of: &Option<Farthest>) -> f64 {
     of.as_ref().map_or(0.0, |of| of.ratio)
 }
 
+/// The largest radius over the smallest.
+fn radii(case: &Case) -> f64 {
+    let radii = || case.bodies.radius.iter().copied();
+    radii().fold(0.0, f64::max) / radii().fold(f64::INFINITY, f64::min)
+}
+
 /// Where a constant could be wrong by more than this share unseen, nothing agrees.
 const LARGEST_LIMIT: f64 = 1.0e-3;
 
@@ -245,8 +253,17 @@ impl Answered<'_> {
 }
 
 impl Native {
-    fn new(case: &Case, resolution: Resolution) -> Result<Self, NativeError> {
-        let envelope = Envelope::new(case, resolution.noise())?;
+    fn new(of: &State, resolution: Resolution) -> Result<Self, NativeError> {
+        let mut noise = resolution.noise();
+        if !resolution.is_double() {
+            // The error of a coarse number is a share of it.
+            noise.overlap *= of.faster;
+        }
+        let envelope = Envelope::new(&of.case, noise)?;
+        if of.drawn {
+            let limits = Vec::new();
+            return Ok(Native { envelope, limits });
+        }
         let all = in_parallel(Constant::all().len(), |at| {
             envelope.detection_limit(Constant::all()[at])
         });
@@ -317,6 +334,10 @@ impl Reference {
         let mut of_cases = engine(&asked)?;
         let mut judgement = Judgement {
             grains: states.first().map_or(0, |(_, of)| of.case.bodies.len()),
+            radii: states
+                .iter()
+                .map(|(_, of)| radii(&of.case))
+                .fold(1.0, f64::max),
             resolution: Resolution::DOUBLE,
             extent: 0.0,
             starts: Vec::new(),
@@ -361,7 +382,7 @@ impl Reference {
                     let double = &self.double[index];
                     let native = match double.get() {
                         Some(native) if is_double => native.clone(),
-                        _ => Native::new(&of.case, resolution)?,
+                        _ => Native::new(of, resolution)?,
                     };
                     if is_double {
                         double.get_or_init(|| native.clone());
@@ -397,6 +418,16 @@ impl Reference {
             judgement.unseen = self.unseen(looked_at, &all);
         }
         if self.names_causes && judgement.verdict() == Verdict::Different {
+            // The first of the drawn states that differs tells most, where no other does.
+            let differs = |of: &Answered| of.verdict() == Verdict::Different;
+            match all.iter().any(|of| !of.asked.drawn && differs(of)) {
+                true => all.retain(|of| !of.asked.drawn),
+                false => {
+                    let first = all.iter().position(differs);
+                    let first = first.map(|at| all.swap_remove(at));
+                    all = first.into_iter().collect();
+                }
+            }
             judgement.causes = causes(&all, resolution, declared, progress);
         }
         Ok(judgement)

@@ -6,12 +6,14 @@ use grains::generate::{can_turn, initial_bodies};
 use grains::model::{Axis, Law, Model, Wall};
 use grains::native::{self, NativeError, first_contact_punch};
 use grains::scene::{
-    Cloud, Damping, Material, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms,
-    Viscosity, paper_scene,
+    Cloud, ContactLaw, Damping, Material, NewContactSlip, Rotation, Scene, SlipVelocity, Tension,
+    TimeStep, TorqueArms, Viscosity, paper_scene,
 };
 use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Task};
 use serde::Serialize;
+
+use evidence::random::Source;
 
 use crate::excerpt::Excerpt;
 
@@ -221,6 +223,15 @@ const FASTER: f64 = 4.0;
 const PRESSED: f64 = 6.0;
 /// Steps between the moments of which one has the largest kinetic energy.
 const RISING: u64 = 100;
+/// States and excerpts of drawn laws.
+const DRAWN: u64 = 24;
+const DRAWN_EXCERPTS: u64 = 6;
+/// Time step of drawn laws over √(m/k).
+const STABLE: f64 = 0.2;
+/// How many times as fast grains are in some of them.
+const FASTEST: f64 = 8.0;
+/// A grain beside the punch stands so much higher than those below it, over its radius, that a punch that does not see it starts lower.
+const HIGHER: f64 = 1.0e-3;
 const ROUGH: &str = "excerpt-pouring-friction";
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
 const LOOKED_AT: u64 = 50;
@@ -383,7 +394,36 @@ impl Bed {
             .find(|of| of.task.start.stage == Stage::Load);
         if let Some(rest) = rest.map(|of| of.task.start.clone()) {
             let name = "loading to its end";
-            excerpts.extend(Excerpt::to_end(name, "excerpt-to-end", &self.scene, rest)?);
+            excerpts.extend(Excerpt::to_end(
+                name,
+                "excerpt-to-end",
+                &self.scene,
+                rest.clone(),
+            )?);
+            // With friction at the corner that touches first the force is not that of springs alone.
+            let (name, key) = ("loading by a corner to its end", "excerpt-corner");
+            let (scene, mut from) = (at_its_corner(&rough, &rest.bodies), rest);
+            can_turn(&rough, &mut from.bodies);
+            if let Some(scene) = scene {
+                excerpts.extend(Excerpt::to_end(name, key, &scene, from.clone())?);
+            }
+            let spins = from.bodies.spin.iter_mut().enumerate();
+            spins.for_each(|(id, own)| *own = 20.0 * SPIN * (1.7 * id as f64).sin());
+            from.stage = Stage::Settle;
+            let (name, key) = ("spinning until its rule holds", "excerpt-spins");
+            excerpts.extend(Excerpt::until_spins_settle(name, key, &rough, from)?);
+        }
+        let pouring = self.states.iter().find(|of| of.0 == Start::Pouring);
+        for (number, (_, bodies, _)) in (1..=DRAWN_EXCERPTS).zip(pouring.into_iter().cycle()) {
+            let (scene, _) = self.drawn_scene(number);
+            let (name, key) = (
+                format!("drawn law {number}, then loading with another"),
+                format!("excerpt-drawn-{number}"),
+            );
+            let mut bodies = bodies.clone();
+            can_turn(&scene, &mut bodies);
+            let from = grains::task::Start::from(bodies);
+            excerpts.push(Excerpt::into_loading(&name, &key, &scene, from));
         }
         Ok(excerpts)
     }
@@ -399,10 +439,157 @@ impl Bed {
                 // The punch is large, so that numbers that are small differences of its own are coarser there.
                 probed: law == LawKind::Springs
                     && [Start::Pouring, Start::UnderPunch].contains(&start),
+                drawn: false,
+                faster: match law {
+                    LawKind::OtherSprings => FASTER,
+                    _ => 1.0,
+                },
                 case,
             })
         };
-        LawKind::ALL.into_iter().flat_map(of_law).collect()
+        let usual = LawKind::ALL.into_iter().flat_map(of_law);
+        let drawn = (1..=DRAWN).filter_map(|number| self.drawn_state(number));
+        usual.chain(drawn).collect()
+    }
+
+    /// The scene with every key that an engine can read drawn apart, in both stages: what is right for each value alone may be wrong for
+    /// two together.
+    fn drawn_scene(&self, number: u64) -> (Scene, Source) {
+        let mut source = Source::new(b"crossgrain: drawn contact laws  ", number);
+        let mut scene = self.scene.clone();
+        let material = drawn_material(&mut source, &scene.material);
+        let contact = drawn_contact(&mut source);
+        let alpha = drawn(&mut source, [0.0, 0.2, 0.6, 0.95]);
+        scene.gravity = drawn(&mut source, [1.62, 9.81, 30.0]);
+        scene.damping = Damping::Cundall { alpha };
+        scene.loading.material = Some(drawn_material(&mut source, &material));
+        // What spins are for once grains are kept from turning no rule says.
+        let mut in_loading = drawn_contact(&mut source);
+        if contact.rotation == Rotation::Free {
+            in_loading.rotation = Rotation::Free;
+        }
+        scene.loading.contact = Some(in_loading);
+        let alpha = drawn(&mut source, [0.0, 0.2, 0.6, 0.95]);
+        scene.loading.damping = Some(Damping::Cundall { alpha });
+        (scene.material, scene.contact) = (material, contact);
+        // Stable with the strongest of these springs and dashpots: else rounding grows in every step.
+        scene.time_step = TimeStep::Fraction {
+            of_sqrt_m_over_k: STABLE,
+        };
+        (scene, source)
+    }
+
+    /// Fast or slow grains with large or small spins, poured or under the punch, in such a scene.
+    fn drawn_state(&self, number: u64) -> Option<State> {
+        let start = match number % 2 {
+            0 => Start::Pouring,
+            _ => Start::UnderPunch,
+        };
+        let (_, bodies, punch) = self.states.iter().find(|of| of.0 == start)?;
+        let (scene, mut source) = self.drawn_scene(number);
+        let mut bodies = bodies.clone();
+        let faster = drawn(&mut source, [1.0, FASTEST]);
+        for velocity in bodies.vx.iter_mut().chain(&mut bodies.vz) {
+            *velocity *= faster;
+        }
+        let model = Model::of(&scene);
+        let spin = drawn(&mut source, [SPIN, 60.0 * SPIN]);
+        if model.law.rotates() {
+            can_turn(&scene, &mut bodies);
+            let spins = bodies.spin.iter_mut().enumerate();
+            spins.for_each(|(id, own)| *own = spin * (1.7 * id as f64).sin());
+        }
+        let (law, start) = (format!("drawn law {number}"), start.name().to_owned());
+        Some(State {
+            case: Case {
+                name: format!("{law}, {start}"),
+                model,
+                bodies,
+                punch: *punch,
+                moments: MOMENTS.to_vec(),
+            },
+            key: format!("drawn-{number}"),
+            law,
+            start,
+            probed: false,
+            drawn: true,
+            faster: FASTEST,
+        })
+    }
+}
+
+/// The scene with a punch as wide that a grain whose centre is beside it is the first one that it meets. None where no width is.
+fn at_its_corner(scene: &Scene, bed: &Bodies) -> Option<Scene> {
+    let axis = scene.punch_axis();
+    let widths = (50..=100).rev().map(|percent| {
+        let mut scene = scene.clone();
+        scene.loading.half_width *= f64::from(percent) / 100.0;
+        scene
+    });
+    let mut beside = widths.filter(|scene| {
+        let punch = first_contact_punch(scene, bed);
+        let bottom = punch.centre[1] - punch.half_extents[1];
+        let below =
+            (0..bed.len()).filter(|id| (bed.x[*id] - axis).abs() < scene.loading.half_width);
+        let highest = below.map(|id| bed.z[id] + bed.radius[id]);
+        let highest = highest.fold(0.0, f64::max);
+        bottom > highest + HIGHER * scene.particles.mean_diameter
+    });
+    beside.next()
+}
+
+/// One of these.
+fn drawn<T: Clone, const N: usize>(source: &mut Source, of: [T; N]) -> T {
+    of[source.below(N)].clone()
+}
+
+fn drawn_material(source: &mut Source, of: &Material) -> Material {
+    let aside = [None, None, Some(0.0), Some(0.3), Some(1.1)];
+    Material {
+        youngs_modulus: of.youngs_modulus * drawn(source, [0.5, 1.0]),
+        friction_angle: drawn(source, [0.0, 0.1, 0.5, 1.0]),
+        wall_friction_angle: drawn(source, aside),
+        punch_friction_angle: drawn(source, aside),
+        stiffness_ratio: drawn(source, [0.2, 0.5, 1.0, 1.6]),
+        ..of.clone()
+    }
+}
+
+fn drawn_contact(source: &mut Source) -> ContactLaw {
+    let tension = drawn(source, [Tension::Clipped, Tension::Unclipped]);
+    let e_n = drawn(source, [0.2, 0.4, 0.8]);
+    let c_n = drawn(source, [100.0, 900.0]);
+    ContactLaw {
+        rotation: drawn(
+            source,
+            [
+                Rotation::Free,
+                Rotation::Free,
+                Rotation::Free,
+                Rotation::Blocked,
+            ],
+        ),
+        viscosity: drawn(
+            source,
+            [
+                Viscosity::None,
+                Viscosity::None,
+                Viscosity::Dashpot { c_n, tension },
+                Viscosity::Restitution { e_n, tension },
+            ],
+        ),
+        slip_velocity: drawn(
+            source,
+            [
+                SlipVelocity::RatchetingCorrected,
+                SlipVelocity::ContactPoint,
+            ],
+        ),
+        torque_arms: drawn(source, [TorqueArms::HalfOverlap, TorqueArms::ContactPoint]),
+        new_contact_slip: drawn(
+            source,
+            [NewContactSlip::WholeStep, NewContactSlip::SinceTouch],
+        ),
     }
 }
 
@@ -435,6 +622,10 @@ pub struct State {
     pub key: String,
     /// Whether it tells how coarsely an engine computes.
     pub probed: bool,
+    /// Whether it is one of many that are drawn: it is held against replicas, and no limits are measured in it.
+    pub drawn: bool,
+    /// How many times as fast grains are as where an engine's precision is measured.
+    pub faster: f64,
     pub case: Case,
 }
 
