@@ -131,7 +131,7 @@ pub fn contradiction(
         // What friction remembers is not made anew.
         let of_grains = theirs.iter().map(|of| Contact {
             tangential_force: 0.0,
-            ..of.clone()
+            ..*of
         });
         return Ok(Some(in_words(&of_grains.collect::<Vec<_>>(), own)));
     }
