@@ -503,6 +503,11 @@ pub fn finish(
         fits().then(|| said.length() + written())
     };
     let done = watch(child, limits, &mut look, &written, work);
+    // What it wrote last may not have been counted.
+    let done = done.and_then(|done| {
+        watch::is_within("output", &mut || size_of_folder(work), limits.output)?;
+        Ok(done)
+    });
     let log = || end_of(&[log(work), watch::log((work, COMPLAINED))].concat());
     match done {
         Ok(done) if done.status.success() => Ok(done),

@@ -94,17 +94,19 @@ pub fn watch(
 }
 
 fn weigh(child: &mut Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<()> {
-    let check = |what: &str, is: &mut dyn FnMut() -> u64, limit: u64| {
-        let is = if limit < u64::MAX { is() } else { 0 };
-        if is <= limit {
-            return Ok(());
-        }
-        let (is, limit) = (is >> 20, limit >> 20);
-        let reason = format!("{is} MB of {what}, and {limit} MB is its limit");
-        Err(ProgramError::TooMuch { reason })
-    };
-    check("memory", &mut || child.memory(), limits.memory)?;
-    check("output", &mut &*written, limits.output)
+    is_within("memory", &mut || child.memory(), limits.memory)?;
+    is_within("output", &mut &*written, limits.output)
+}
+
+/// An error where this is more bytes than the limit, if there is one.
+pub fn is_within(what: &str, is: &mut dyn FnMut() -> u64, limit: u64) -> Result<()> {
+    let is = if limit < u64::MAX { is() } else { 0 };
+    if is <= limit {
+        return Ok(());
+    }
+    let (is, limit) = (is >> 20, limit >> 20);
+    let reason = format!("{is} MB of {what}, and {limit} MB is its limit");
+    Err(ProgramError::TooMuch { reason })
 }
 
 /// What a program wrote on its standard output and error; of a very long log the end.

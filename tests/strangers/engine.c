@@ -44,6 +44,7 @@ typedef FORCE_REAL freal;
     X(wall_friction_lost_after_3000) X(velocities_full_step_after_3000) \
     X(settle_without_spins) X(punch_starts_by_centres) X(arms_follow_slip) \
     X(zero_at_walls_is_unset) X(friction_capped) X(blocked_without_dashpots) \
+    X(loading_punch_friction_ignored) \
     X(weightless_while_standing)
 #define RIGHTS(X) \
     X(pairs_reversed) X(walls_first) X(sums_shuffled) X(sweep_search) X(all_pairs_search) X(reciprocals) \
@@ -317,6 +318,7 @@ static void read_model(const Json *from) {
     if (IS(wall_friction_ignored)) angle[1] = angle[0];
     if (IS(punch_friction_is_walls)) angle[2] = angle[1];
     if (IS(zero_at_walls_is_unset) && angle[1] == 0) angle[1] = angle[0];
+    if (IS(loading_punch_friction_ignored) && in_load) angle[2] = angle[0];
     if (IS(friction_capped) && angle[0] > 0.8) angle[0] = 0.8;
     for (int i = 0; i < 3; i++) {
         m->friction |= angle[i] > 0;

@@ -68,6 +68,8 @@ impl Excerpt {
         (task.start.step, task.start.seen) = (0, Seen::default());
         scene.settle.kinetic_energy_fraction = 1.0;
         scene.settle.check_every = 2 * EXCERPT_EVERY;
+        // The depth ends it, and no force that is reached at the first touch.
+        scene.loading.pressure = UNREACHED;
         // Between two steps, where rounding makes no difference.
         let steps = (STEPS_OF_EXCERPT - scene.settle.check_every) as f64 - 0.5;
         scene.loading.give_up_depth = steps * scene.loading.speed * scene.time_step_seconds();
@@ -331,6 +333,9 @@ impl Excerpt {
 }
 
 const AS_A_SCENE: &str = "as a scene";
+
+/// A pressure that no punch has, Pa.
+const UNREACHED: f64 = 1.0e15;
 
 /// A force that grows by less in a step may be reached in another one by rounding.
 const LEAST_GROWN: f64 = 1.0 + 1.0e-4;

@@ -404,8 +404,16 @@ impl Bed {
             let (name, key) = ("loading by a corner to its end", "excerpt-corner");
             let (scene, mut from) = (at_its_corner(&rough, &rest.bodies), rest);
             can_turn(&rough, &mut from.bodies);
-            if let Some(scene) = scene {
+            if let Some(mut scene) = scene {
                 excerpts.extend(Excerpt::to_end(name, key, &scene, from.clone())?);
+                // Nearly smooth at the punch alone, and only once loading has begun: contacts slide there.
+                scene.loading.material = Some(Material {
+                    punch_friction_angle: Some(0.05),
+                    ..scene.material.clone()
+                });
+                let from = grains::task::Start::from(from.bodies.clone());
+                let (name, key) = ("loading by a smooth punch", "excerpt-smooth-punch");
+                excerpts.push(Excerpt::into_loading(name, key, &scene, from));
             }
             let spins = from.bodies.spin.iter_mut().enumerate();
             spins.for_each(|(id, own)| *own = 20.0 * SPIN * (1.7 * id as f64).sin());
