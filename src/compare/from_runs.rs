@@ -201,7 +201,9 @@ pub fn contact_tables(
 /// that single precision explains decide nothing.
 pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Option<Check> {
     let all = &run.record.continued;
-    let _ = all.first()?;
+    if all.is_empty() {
+        return None;
+    }
     let left = |of: Resolution| all.iter().find(|stretch| !stretch.is_rounding(of));
     let in_words = |of: &Continued| {
         let (stage, from, to) = (of.stage.name(), of.from, of.to);

@@ -120,6 +120,22 @@ impl Excerpt {
         Ok(Some(self))
     }
 
+    /// One that the rule of settling ends at a look, with some share that is still to be set, and the moments of these looks.
+    fn ended_by_a_look(
+        start: &str,
+        key: &str,
+        scene: &Scene,
+        from: Start,
+    ) -> Result<(Self, Vec<Snapshot>), NativeError> {
+        let mut of = Excerpt::new(start, key, scene, from);
+        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
+        of.task.until = Until::Step(STEPS_OF_EXCERPT);
+        let moments = of.native(None)?;
+        of.scene.settle.check_every = EXCERPT_EVERY;
+        of.task.until = Until::EndOfSettling;
+        Ok((of, moments))
+    }
+
     /// From a state that still gains energy to the first look at which it has less than at the one before, where the rule holds: by
     /// another share of it, or of another energy than the largest, it holds elsewhere. None where the energy does not rise and fall so soon.
     pub fn until_settled(
@@ -128,19 +144,13 @@ impl Excerpt {
         scene: &Scene,
         from: Start,
     ) -> Result<Option<Self>, NativeError> {
-        let mut of = Excerpt::new(start, key, scene, from);
-        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
-        of.task.until = Until::Step(STEPS_OF_EXCERPT);
-        let moments = of.native(None)?;
+        let (mut of, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
         let looks: Vec<f64> = moments[1..]
             .iter()
             .map(|of| of.bodies.kinetic_energy())
             .collect();
         let falls = looks.windows(2).find(|of| of[1] < of[0]);
-        let settle = &mut of.scene.settle;
-        settle.check_every = EXCERPT_EVERY;
-        settle.kinetic_energy_fraction = falls.map_or(0.0, |of| (of[1] / of[0]).sqrt());
-        of.task.until = Until::EndOfSettling;
+        of.scene.settle.kinetic_energy_fraction = falls.map_or(0.0, |of| (of[1] / of[0]).sqrt());
         let rises = falls.is_some_and(|of| (of[0] * of[1]).sqrt() > looks[0]);
         Ok(rises.then_some(of))
     }
@@ -153,10 +163,7 @@ impl Excerpt {
         scene: &Scene,
         from: Start,
     ) -> Result<Option<Self>, NativeError> {
-        let mut of = Excerpt::new(start, key, scene, from);
-        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
-        of.task.until = Until::Step(STEPS_OF_EXCERPT);
-        let moments = of.native(None)?;
+        let (mut of, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
         let looks = moments[1..].iter().map(|of| {
             let mut without = of.bodies.clone();
             without.spin.fill(0.0);
@@ -178,9 +185,7 @@ impl Excerpt {
             at.is_some_and(|at| at > 0) && is_safe && holds(1, *share) != at
         });
         let share = apart.next();
-        of.scene.settle.check_every = EXCERPT_EVERY;
         of.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
-        of.task.until = Until::EndOfSettling;
         Ok(share.map(|_| of))
     }
 
