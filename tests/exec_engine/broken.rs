@@ -27,3 +27,27 @@ fn a_program_that_cannot_be_started_is_named() {
         has(&errors, ["cannot be started", "chmod +x"]);
     }
 }
+
+/// A right engine whose first table of loading is changed afterwards: before, `run` wrote a folder that no verb could read.
+#[test]
+fn loading_begins_with_the_grains_of_the_settled_bed() {
+    let folder = &folder_with(&small_scene());
+    let compile = format!(
+        "cc -O2 -std=c11 -o right {} -lm",
+        root("tests/strangers/engine.c").display()
+    );
+    assert_eq!(bash(folder, &compile, &[]).0, 0);
+    let moved = r#"awk -F, -v OFS=, 'NR == 2 { $2 += 1e-9 } 1' "$2/load-0-bodies.csv" > "$2/other" && mv "$2/other" "$2/load-0-bodies.csv""#;
+    for (change, code) in [("true", 0), (moved, 4)] {
+        let text = format!(
+            "#!/bin/sh\n\"${{0%/*}}/right\" \"$@\" || exit 1\n[ \"$1\" != run ] || {change}\n"
+        );
+        let engine = engine(folder, "engine.sh", &text);
+        let out = format!("out-{code}");
+        let errors = run_in(folder, code, &engine, &[], &out);
+        assert_eq!(folder.join(&out).join("run.json").exists(), code == 0);
+        if code != 0 {
+            has(&errors, ["loading begins with other grains"]);
+        }
+    }
+}

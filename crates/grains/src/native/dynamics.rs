@@ -328,8 +328,17 @@ impl Dynamics {
         if self.punch_is_new {
             listed.retain(|of| of.id1 != constants.ids.punch());
         }
-        let contact = |of| general::contact(state, constants, &self.rules, of);
-        listed.into_iter().filter_map(contact).unzip()
+        let mut contacts = Vec::with_capacity(listed.len());
+        // In its own place, for a million contacts take as much memory as their grains.
+        listed.retain_mut(|memory| {
+            let touching = general::contact(state, constants, &self.rules, *memory);
+            contacts.extend(touching.map(|(contact, now)| {
+                *memory = now;
+                contact
+            }));
+            touching.is_some()
+        });
+        (contacts, listed)
     }
 }
 
