@@ -1,4 +1,4 @@
-//! Benchmarks: all engines side by side on the paper's settled bed, cost against size, instructions, stages, and the
+//! Benchmarks: all engines side by side on the paper's settled bed, cost against size, stages, and the
 //! distance from what the machine can do. Goals that are met or not are findings; what fails is an engine that does
 //! not run or whose bed is no longer the bed.
 
@@ -24,7 +24,7 @@ use grains::native::timing::Share;
 use bed::{Bed, PAPER};
 use contender::{Contender, Contest};
 use document::Goal;
-use machine::{Bound, Instructions, Machine, Throughput, Work};
+use machine::{Bound, Machine, Throughput, Work};
 use scaling::{Point, SpeedUp};
 use timing::Spread;
 
@@ -96,8 +96,6 @@ pub struct Plan {
     pub sizes: &'static [u32],
     /// Times that each native point is measured.
     pub repeats: u32,
-    /// Whether the instructions of other engines are counted: under valgrind they take a minute or two.
-    pub counts_others: bool,
 }
 
 impl Plan {
@@ -109,7 +107,6 @@ impl Plan {
         shares: 50,
         sizes: &[1_000, PAPER],
         repeats: 1,
-        counts_others: false,
     };
     pub const FULL: Plan = Plan {
         rounds: 11,
@@ -122,7 +119,6 @@ impl Plan {
             1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000, 1_000_000,
         ],
         repeats: 9,
-        counts_others: true,
     };
 
     pub fn compared_after(&self) -> u64 {
@@ -183,7 +179,6 @@ pub struct Bench {
     /// Time a step of native with friction over that without, round by round.
     pub friction_cost: Option<Spread>,
     pub stages: Vec<Share>,
-    pub instructions: Vec<Instructions>,
     pub throughput: Throughput,
     /// Native against them.
     pub distances: Vec<Distance>,
@@ -230,10 +225,6 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
     let throughput = Throughput::measure();
     task.done("measured");
 
-    let task = display.task("instructions");
-    let instructions = machine::instructions(&setup, clocked.listed_pairs, &task, &mut missed)?;
-    task.done("counted");
-
     let task = display.task("cost against size");
     let (scaling, speed_ups) = scaling::measure(&setup, &task, &mut missed)?;
     task.done(&format!("{} sizes", plan.sizes.len()));
@@ -255,7 +246,6 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
             steps_per_build: CLOCKED_STEPS as f64 / clocked.builds.max(1) as f64,
         },
         stages: clocked.shares,
-        instructions,
         distances: distances(&scaling, pairs_a_grain, &throughput),
         throughput,
         goals: document::goals(&contests, friction_cost.as_ref(), &scaling, &speed_ups),

@@ -209,8 +209,7 @@ impl Contender {
     }
 }
 
-/// Has a program that is no part of this one time steps of the bed by its own clock, under another program if any is named;
-/// and its version. `work` is an empty folder.
+/// Has a program that is no part of this one time steps of the bed by its own clock; and its version. `work` is an empty folder.
 pub fn timed(
     contender: Contender,
     bed: &Bed,
@@ -226,7 +225,7 @@ pub fn timed(
     };
     let engine = adapter.place(work, &options.limits)?;
     let job = timing::folder(work, "job")?;
-    let timed = exec::time(&model, &bed.bodies, steps, &engine, &options.under, &job)?;
+    let timed = exec::time(&model, &bed.bodies, steps, &engine, &job)?;
     Ok((timed, engine.description.version))
 }
 

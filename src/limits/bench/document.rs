@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::Bench;
 use super::bed::PAPER;
 use super::contender::{ALL, Contender, Contest};
-use super::machine::Instructions;
 use super::scaling::{ON_TWO, Point as Size, SpeedUp};
 use super::timing::Spread;
 use crate::checks::{Check, Outcome, Speed, verdict};
@@ -128,7 +127,7 @@ impl Bench {
         others.filter_map(|contest| Some((contest, contest.over_native.as_ref()?)))
     }
 
-    /// Times over native's, and instructions.
+    /// Times over native's, and what friction costs native.
     pub fn speeds(&self) -> Vec<Speed> {
         // What others take longer is to native's credit.
         let ratios = self.others_over_native().map(|(contest, over)| Speed {
@@ -147,15 +146,7 @@ impl Bench {
             range: Some([cost.least, cost.most]),
             less_is_better: true,
         });
-        let instructions = self.instructions.iter().map(|of| Speed {
-            id: format!("instructions/{}", of.contender.id()),
-            what: format!("instructions a step of {}", of.name),
-            unit: "instructions a step".to_owned(),
-            value: of.per_step,
-            range: None,
-            less_is_better: true,
-        });
-        ratios.chain(friction).chain(instructions).collect()
+        ratios.chain(friction).collect()
     }
 
     pub fn document(&self) -> Document {
@@ -176,7 +167,6 @@ impl Bench {
              on an idle machine before believing any ratio.";
         let checks = self.checks();
         let mut sections = vec![goal_table(&self.goals), self.side_by_side()];
-        sections.extend(instructions(&self.instructions));
         sections.extend([self.stages(), self.limits(), self.sizes(), self.machine()]);
         Document {
             title: "What a step costs".to_owned(),
@@ -481,35 +471,4 @@ fn goal_table(goals: &[Goal]) -> Section {
     let answer = "Findings, no checks: another machine gives other times. A goal is met, or not, where the interval of the median \
                   over the rounds says so, for which it takes six.";
     Section::new("Goals", answer).with(table)
-}
-
-fn instructions(all: &[Instructions]) -> Option<Section> {
-    let mostly_in = |of: &Instructions| {
-        let functions = of.functions.iter().take(4);
-        let functions =
-            functions.map(|(name, share)| format!("`{}` {:.0} %", short_name(name), 100.0 * share));
-        functions.collect::<Vec<_>>().join(", ")
-    };
-    let table = Table::of("instructions", "", all)
-        .column("engine", |of| &of.name)
-        .column("instructions a step", |of| of.per_step)
-        .column("a listed pair", |of| of.per_listed_pair)
-        .column("times native", |of| of.over_native)
-        .column("mostly in", mostly_in);
-    let answer = "Counted by valgrind, the same at any time of day. Valgrind shows no AVX-512, so the native engine's are those of its \
-                  AVX2 code; the AVX-512 code, where the machine has it, needs fewer. An instruction is no unit of time: a vector's \
-                  division takes many times as long as an addition.";
-    (!all.is_empty()).then(|| Section::new("Instructions", answer).with(table))
-}
-
-/// The last part of a long path of a function, without its arguments.
-fn short_name(name: &str) -> String {
-    const LONGEST: usize = 60;
-    if name.starts_with("0x") {
-        return "(a function without a name)".to_owned();
-    }
-    let name = name.split('(').next().unwrap_or(name);
-    let parts: Vec<&str> = name.split("::").collect();
-    let short = parts[parts.len().saturating_sub(2)..].join("::");
-    short.chars().take(LONGEST).collect()
 }
