@@ -153,22 +153,6 @@ impl Contender {
         !matches!(self.program(), Program::Adapter(_))
     }
 
-    /// How many times native's time a step of it is to take, where that is a goal, and what the goal is.
-    pub fn goal(self) -> Option<(f64, &'static str)> {
-        Some(match self {
-            Contender::YadeOrdinary => (30.0, "native against YADE's ordinary loop"),
-            Contender::Lammps => (7.0, "native against LAMMPS gran/hooke"),
-            Contender::YadeOrdinaryFriction => {
-                (25.0, "with friction, native against YADE's ordinary loop")
-            }
-            Contender::LammpsFriction => (
-                4.0,
-                "with friction, native against LAMMPS gran/hooke/history",
-            ),
-            _ => return None,
-        })
-    }
-
     /// Times its window on the bed, with the bed after [`Plan::compared_after`] steps; and its version.
     pub fn run(self, setup: &Setup<'_>) -> Result<(Timed, String)> {
         let (bed, plan) = (setup.bed_of(self), &setup.plan);

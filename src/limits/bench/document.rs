@@ -1,83 +1,14 @@
 //! What a benchmark says: its checks, what of it travels between machines, and the whole for people.
 
-use serde::Serialize;
-
 use super::Bench;
 use super::bed::PAPER;
-use super::contender::{ALL, Contender, Contest};
-use super::scaling::{ON_TWO, Point as Size, SpeedUp};
+use super::contender::{Contender, Contest};
+use super::scaling::{Point as Size, SpeedUp};
 use super::timing::Spread;
 use crate::checks::{Check, Outcome, Speed, verdict};
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
-use evidence::Interval;
 use grains::native::timing::Share;
-
-/// A goal and what was measured of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Goal {
-    pub goal: String,
-    pub bound: f64,
-    /// Whether the measured value must be at least or at most the bound.
-    pub at_least: bool,
-    /// Median; none where it could not be measured.
-    pub measured: Option<f64>,
-    /// Of the median, 95 %; none for fewer than six rounds.
-    pub interval: Option<Interval>,
-    /// Whether the interval lies on the right side of the bound, or on the wrong one.
-    pub met: Option<bool>,
-}
-
-pub fn goals(
-    contests: &[Contest],
-    friction_cost: Option<&Spread>,
-    points: &[Size],
-    speed_ups: &[SpeedUp],
-) -> Vec<Goal> {
-    let goal = |goal: &str, at_least: bool, bound: f64, of: Option<&Spread>| {
-        let interval = of.and_then(Spread::median_interval);
-        Goal {
-            goal: goal.to_owned(),
-            bound,
-            at_least,
-            measured: of.map(|of| of.median),
-            met: interval
-                .filter(|of| bound <= of.low || of.high <= bound)
-                .map(|of| at_least == (bound <= of.low)),
-            interval,
-        }
-    };
-    let faster = |contender: Contender| {
-        let (times, what) = contender.goal()?;
-        let contest = contests.iter().find(|of| of.contender == contender);
-        let over = contest.and_then(|of| of.over_native.as_ref());
-        let what = format!("{what}, times as fast a step");
-        Some(goal(&what, true, times, over))
-    };
-    let with_friction = "native, a step with friction over one without";
-    let with_friction = goal(with_friction, false, 3.0, friction_cost);
-    let at_size = [("100,000", 100_000, 1.2), ("1,000,000", 1_000_000, 1.4)];
-    let at_size = at_size.map(|(name, grains, bound)| {
-        let what = format!("native, cost of a grain at {name} grains over that at 5,000");
-        let times = growth("native", points, grains);
-        goal(&what, false, bound, times.as_ref())
-    });
-    let on_two = [
-        ("on two threads at 100,000 grains", 100_000, 1.7),
-        ("where two threads are allowed at 5,000 grains", PAPER, 0.99),
-    ];
-    let on_two = on_two.map(|(way, grains, bound)| {
-        let of = |of: &&SpeedUp| of.name == ON_TWO[0].1 && of.grains == grains;
-        let times = speed_ups.iter().find(of).map(|of| &of.times);
-        goal(&format!("native, times as fast {way}"), true, bound, times)
-    });
-    let over_others = ALL.into_iter().filter_map(faster);
-    over_others
-        .chain([with_friction])
-        .chain(at_size)
-        .chain(on_two)
-        .collect()
-}
 
 /// Cost of a grain in so large a bed over that at the paper's 5,000, repeat by repeat.
 fn growth(name: &str, points: &[Size], grains: u32) -> Option<Spread> {
@@ -166,13 +97,16 @@ impl Bench {
         let disturbed = " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
              on an idle machine before believing any ratio.";
         let checks = self.checks();
-        let mut sections = vec![goal_table(&self.goals), self.side_by_side()];
-        sections.extend([self.stages(), self.limits(), self.sizes(), self.machine()]);
         Document {
             title: "What a step costs".to_owned(),
             verdict: verdict(&checks),
             answer: bits + if self.disturbed { disturbed } else { "" },
-            sections,
+            sections: vec![
+                self.side_by_side(),
+                self.stages(),
+                self.sizes(),
+                self.machine(),
+            ],
             checks,
         }
     }
@@ -235,10 +169,6 @@ impl Bench {
                 .between(over.low_quartile, over.high_quartile)
                 .labelled(format!("{} ×", rounded(over.median, 3)))
         });
-        let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
-            let (times, _) = contest.contender.goal()?;
-            Some(Point::at(times, row as f64))
-        });
         let names = rows.iter().map(|(contest, _)| contest.name.as_str());
         let caption = "Time a step over native's in the same round: a dot a round, and the median with half of the rounds";
         let x = Axis::logarithmic("times native");
@@ -247,7 +177,6 @@ impl Bench {
         (!rows.is_empty()).then(|| {
             plot.points("a round", Colour::Sky, rounds)
                 .points("median", Colour::Blue, medians)
-                .points("goal", Colour::Vermilion, goals)
         })
     }
 
@@ -265,48 +194,6 @@ impl Bench {
             answer += &format!(" {} by its own account: {}.", of.name, parts.join(", "));
         }
         Section::new("Where the time of a step goes", answer).with(table)
-    }
-
-    fn limits(&self) -> Section {
-        let bounds = self.distances.iter();
-        let bounds = bounds.flat_map(|of| of.bounds.iter().map(move |bound| (of, bound)));
-        let table = Table::of("limits", "", bounds)
-            .column("grains", |(of, _)| of.grains)
-            .column("measured, µs", |(of, _)| 1e6 * of.seconds_per_step)
-            .column("limit", |(_, bound)| &bound.resource)
-            .column("at least, µs", |(_, bound)| 1e6 * bound.seconds)
-            .column("measured over it", |(_, bound)| bound.distance);
-        let of = &self.throughput;
-        let times = [
-            ("a division", of.division),
-            ("a square root", of.square_root),
-            ("an addition or multiplication", of.arithmetic),
-        ];
-        let times = times.map(|(what, seconds)| (what.to_owned(), 1e9 * seconds, "ns"));
-        let sets = ["16 KiB", "512 KiB", "8 MiB", "256 MiB"].map(str::to_owned);
-        let read = sets.into_iter().zip(of.read.iter().copied());
-        let steps = self.distances.iter().map(|of| {
-            let what = format!("a step of {} grains, {:.1} MB", of.grains, of.bytes / 1e6);
-            (what, of.read_rate)
-        });
-        let rates = read.chain(steps).map(|(what, rate)| {
-            let what = format!("reading a working set of {what}");
-            (what, rate / 1e9, "GB/s")
-        });
-        let rates: Vec<(String, f64, &str)> = times.into_iter().chain(rates).collect();
-        let rates = Table::of("throughput", "", &rates)
-            .column("of this machine", |(what, ..)| what)
-            .column("value", |(_, value, _)| *value)
-            .column("unit", |(.., unit)| *unit);
-        let answer = "What a step with these bits cannot do without: two divisions and a root for each listed pair, two divisions for \
-                      each grain, the other arithmetic, and, of a step alone, passing over pairs and grains once. Each is multiplied by the throughput \
-                      measured here on one thread, in vectors of doubles. What no limit of throughput shows: gathering positions by \
-                      ids. The native kernel computes each pair twice, once for either grain, so it could come within a factor of two \
-                      of the divisions at best. A step below a limit shows that the machine was busy while it was measured. Large beds \
-                      alone may be below the limit of memory: they make several steps in one pass.";
-        Section::new("How far from what this machine can do", answer)
-            .with(table)
-            .with(rates)
     }
 
     fn sizes(&self) -> Section {
@@ -348,6 +235,9 @@ impl Bench {
             .column("times that at 5,000", |of| {
                 growth(&of.name, &self.scaling, of.grains).map(|of| of.median)
             })
+            .column("95 % interval", |of| {
+                growth(&of.name, &self.scaling, of.grains)?.median_interval()
+            })
             .column("memory, MB", |point| point.peak_memory.map(megabytes))
             .column("memory a grain, B", |point| {
                 Some(point.peak_memory? as f64 / f64::from(point.grains))
@@ -359,6 +249,7 @@ impl Bench {
             .column("time a step on one, µs", micro(|of| &of.one))
             .column("on two, µs", micro(|of| &of.two))
             .column("times as fast, median", |of| of.times.median)
+            .column("95 % interval", |of| of.times.median_interval())
             .column("least", |of| of.times.least)
             .column("most", |of| of.times.most)
             .column("times native on two", |of| {
@@ -451,24 +342,4 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
                 )
         }
     })
-}
-
-fn goal_table(goals: &[Goal]) -> Section {
-    let table = Table::of("goals", "", goals)
-        .column("met", |of| match of.met {
-            Some(true) => "met",
-            Some(false) => "not met",
-            None if of.measured.is_some() => "undecided",
-            None => "skipped",
-        })
-        .column("goal", |of| &of.goal)
-        .column("bound", |of| {
-            let bound = if of.at_least { "at least" } else { "at most" };
-            format!("{bound} {}", of.bound)
-        })
-        .column("median", |of| of.measured)
-        .column("95 % interval", |of| of.interval);
-    let answer = "Findings, no checks: another machine gives other times. A goal is met, or not, where the interval of the median \
-                  over the rounds says so, for which it takes six.";
-    Section::new("Goals", answer).with(table)
 }
