@@ -10,27 +10,20 @@ use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 use grains::native::timing::Share;
 
-/// Cost of a grain in so large a bed over that at the paper's 5,000, repeat by repeat.
-fn growth(name: &str, points: &[Size], grains: u32) -> Option<Spread> {
-    let at = |grains: u32| {
-        let of = |point: &&Size| point.name == name && point.grains == grains;
-        points.iter().find(of)
-    };
-    let (few, many) = (at(PAPER)?, at(grains)?);
-    let ratio = Spread::ratio(&many.seconds_per_step, &few.seconds_per_step)?;
-    let grains = f64::from(many.grains) / f64::from(few.grains);
-    Spread::of(ratio.all.iter().map(|of| of / grains).collect())
-}
-
 impl Bench {
     /// Every check: beds, bits, and what was missed. No time counts.
     pub fn checks(&self) -> Vec<Check> {
         let mut checks: Vec<Check> = self.contests.iter().flat_map(of_bed).collect();
-        let plain = self.sorted_bits.iter();
-        let plain = plain.map(|bits| ("bench/bits", "", bits));
-        let friction = self.friction_bits.iter();
-        let friction = friction.map(|bits| ("bench/bits-friction", ", with friction", bits));
-        for (id, with, bits) in plain.chain(friction) {
+        let ways = [
+            ("bench/bits", "", &self.sorted_bits),
+            (
+                "bench/bits-friction",
+                ", with friction",
+                &self.friction_bits,
+            ),
+        ];
+        for (id, with, bits) in ways {
+            let Some(bits) = bits else { continue };
             let what = format!("native against YADE's sorted loop{with}");
             let outcome = Outcome::pass_if(bits.agrees());
             let check = Check::of_words(id, &what, outcome, &bits.to_string());
@@ -61,21 +54,21 @@ impl Bench {
     /// Times over native's, and what friction costs native.
     pub fn speeds(&self) -> Vec<Speed> {
         // What others take longer is to native's credit.
-        let ratios = self.others_over_native().map(|(contest, over)| Speed {
-            id: format!("time/{}", contest.contender.id()),
-            what: format!("time a step of {} over native", contest.name),
-            unit: "times native".to_owned(),
-            value: over.median,
-            range: Some([over.least, over.most]),
-            less_is_better: false,
+        let speed = |id: &str, what: String, unit: &str, ratio: &Spread, less_is_better| Speed {
+            id: format!("time/{id}"),
+            what,
+            unit: unit.to_owned(),
+            value: ratio.median,
+            range: Some([ratio.least, ratio.most]),
+            less_is_better,
+        };
+        let ratios = self.others_over_native().map(|(contest, over)| {
+            let what = format!("time a step of {} over native", contest.name);
+            speed(contest.contender.id(), what, "times native", over, false)
         });
-        let friction = self.friction_cost.as_ref().map(|cost| Speed {
-            id: "time/friction".to_owned(),
-            what: "time a step of native with friction over that without".to_owned(),
-            unit: "times without friction".to_owned(),
-            value: cost.median,
-            range: Some([cost.least, cost.most]),
-            less_is_better: true,
+        let friction = self.friction_cost.as_ref().map(|cost| {
+            let what = "time a step of native with friction over that without".to_owned();
+            speed("friction", what, "times without friction", cost, true)
         });
         ratios.chain(friction).collect()
     }
@@ -120,8 +113,9 @@ impl Bench {
             .column("most, µs", micro(|of| of.most))
             .column("steps", |of| of.steps)
             .column("least share of the processor", |of| of.processor_share)
-            .column("times native", |of| {
-                of.over_native.as_ref().map(|over| over.median)
+            .column("times native", |of| Some(of.over_native.as_ref()?.median))
+            .column("95 % interval", |of| {
+                of.over_native.as_ref()?.median_interval()
             })
             .column("contacts", |of| of.state_check.contacts)
             .column("moved, R", |of| of.state_check.displacement)
@@ -141,6 +135,17 @@ impl Bench {
              damping, and without friction do not integrate rotation, so their bed is a slightly other one, and their time is that of \
              a general code over the same pairs.",
         );
+        if let Some(cost) = &self.friction_cost {
+            let ends = cost
+                .median_interval()
+                .map_or([cost.least, cost.most], |of| [of.low, of.high]);
+            section = section.with(format!(
+                "A step of native with friction takes {} times ({}–{}) as long as one without.",
+                rounded(cost.median, 3),
+                rounded(ends[0], 3),
+                rounded(ends[1], 3)
+            ));
+        }
         let external = self.contests.iter();
         for of in external.filter(|of| of.contender == Contender::External) {
             let said = match of.approximations.as_slice() {
@@ -174,10 +179,9 @@ impl Bench {
         let x = Axis::logarithmic("times native");
         let y = Axis::of_names("", names);
         let plot = Plot::new("ratios", caption, x, y);
-        (!rows.is_empty()).then(|| {
-            plot.points("a round", Colour::Sky, rounds)
-                .points("median", Colour::Blue, medians)
-        })
+        let plot = plot.points("a round", Colour::Sky, rounds);
+        let plot = plot.points("median", Colour::Blue, medians);
+        (!rows.is_empty()).then_some(plot)
     }
 
     fn stages(&self) -> Section {
@@ -227,20 +231,22 @@ impl Bench {
             "peak memory, MB",
             |point| Some(point.peak_memory? as f64 / 1e6),
         );
-        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        let growth = |of: &Size| {
+            let paper = |few: &&Size| few.name == of.name && few.grains == PAPER;
+            let few = self.scaling.iter().find(paper)?;
+            let grains = f64::from(of.grains) / f64::from(few.grains);
+            let times = Spread::ratio(&of.seconds_per_step, &few.seconds_per_step)?;
+            Spread::of(times.all.iter().map(|times| times / grains).collect())
+        };
         let table = Table::of("sizes", "", &self.scaling)
             .column("engine", |point| &point.name)
             .column("grains", |point| point.grains)
             .column("time a step and grain, ns", |of| 1e9 * of.seconds_per_grain)
-            .column("times that at 5,000", |of| {
-                growth(&of.name, &self.scaling, of.grains).map(|of| of.median)
-            })
-            .column("95 % interval", |of| {
-                growth(&of.name, &self.scaling, of.grains)?.median_interval()
-            })
-            .column("memory, MB", |point| point.peak_memory.map(megabytes))
-            .column("memory a grain, B", |point| {
-                Some(point.peak_memory? as f64 / f64::from(point.grains))
+            .column("times that at 5,000", |of| Some(growth(of)?.median))
+            .column("95 % interval", |of| growth(of)?.median_interval())
+            .column("memory, MB", |of| Some(of.peak_memory? as f64 / 1e6))
+            .column("memory a grain, B", |of| {
+                Some(of.peak_memory? as f64 / f64::from(of.grains))
             });
         let micro = |of: fn(&SpeedUp) -> &Spread| move |row: &SpeedUp| 1e6 * of(row).median;
         let on_two = Table::of("two", "", &self.speed_ups)
@@ -253,7 +259,7 @@ impl Bench {
             .column("least", |of| of.times.least)
             .column("most", |of| of.times.most)
             .column("times native on two", |of| {
-                of.over_native.as_ref().map(|over| over.median)
+                Some(of.over_native.as_ref()?.median)
             });
         let answer = "Beds up to 5,000 grains are poured and settled, as deep as the paper's and as wide as they need. Larger ones are \
                       copies of the settled bed side by side, every second one mirrored, and some steps of rest. Grains are numbered \
