@@ -73,14 +73,14 @@ pub fn settled_or_kept(folder: &Path, grains: u32, observer: &mut dyn Observer) 
     Ok(bed)
 }
 
-/// `copies` of a settled bed side by side, every second one mirrored, so that grains that touched a wall
+/// `copies` of a `small` settled bed side by side, every second one mirrored, so that grains that touched a wall
 /// now touch their mirror images; then some steps of rest. Grains are numbered as a cloud of
 /// that width would be: row by row of the lattice that was poured, from the floor up.
-pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
-    let Cloud::JitteredLattice { columns, .. } = of.scene.cloud;
+pub fn laid_out(small: &Bed, copies: u32) -> Result<Bed, NativeError> {
+    let Cloud::JitteredLattice { columns, .. } = small.scene.cloud;
     let mut bed = Bed {
-        scene: scene_of(of.grains() * copies),
-        bodies: side_by_side(&of.bodies, of.scene.container.width, columns, copies),
+        scene: scene_of(small.grains() * copies),
+        bodies: side_by_side(&small.bodies, small.scene.container.width, columns, copies),
     };
     bed.bodies = after(&bed, RELAXING)?.bodies;
     Ok(bed)

@@ -300,28 +300,37 @@ impl StateCheck {
         tolerance: Tolerance,
     ) -> Self {
         let there = &native.bodies;
-        let contacts_in_native = between_grains(native);
         let displacement = if bodies.len() == there.len() {
             largest_distance(bodies, there) / mean_radius
         } else {
             f64::INFINITY
         };
-        let (energy, energy_in_native) = (bodies.kinetic_energy(), there.kinetic_energy());
-        let lost = (contacts as f64 / contacts_in_native as f64 - 1.0).abs();
-        let ratio = (energy / energy_in_native).max(energy_in_native / energy);
-        StateCheck {
+        let mut check = StateCheck {
             steps: native.step,
             displacement,
             contacts,
-            contacts_in_native,
-            energy,
-            energy_in_native,
+            contacts_in_native: between_grains(native),
+            energy: bodies.kinetic_energy(),
+            energy_in_native: there.kinetic_energy(),
             tolerance,
-            // Comparisons that a NaN fails.
-            holds: displacement <= tolerance.displacement
-                && lost <= tolerance.contacts
-                && ratio <= tolerance.energy,
-        }
+            holds: false,
+        };
+        // Comparisons that a NaN fails.
+        let holds = |(value, [_, low, high]): &(f64, [f64; 3])| low <= value && value <= high;
+        check.holds = check.limits().iter().all(holds);
+        check
+    }
+
+    /// Displacement, contacts and kinetic energy: each value with what is expected, the least and the most.
+    pub fn limits(&self) -> [(f64, [f64; 3]); 3] {
+        let (contacts, energy) = (self.contacts_in_native as f64, self.energy_in_native);
+        let (share, factor) = (self.tolerance.contacts, self.tolerance.energy);
+        let around = [contacts, contacts * (1.0 - share), contacts * (1.0 + share)];
+        [
+            (self.displacement, [0.0, 0.0, self.tolerance.displacement]),
+            (self.contacts as f64, around),
+            (self.energy, [energy, energy / factor, energy * factor]),
+        ]
     }
 }
 
@@ -419,7 +428,7 @@ pub fn rounds(
     }
     let after = |bed: &Bed| timing::after(bed, setup.plan.compared_after());
     let beds = [after(setup.bed)?, after(setup.with_friction)?];
-    let find = |wanted: Contender| entrants.iter().find(|of| of.contender == wanted);
+    let find = |wanted: Contender| entrants.iter().find(|entrant| entrant.contender == wanted);
     let native = [Contender::Native, Contender::NativeFriction].map(|way| find(way)?.spread());
     let bits_of = |sorted, name, native: &Snapshot| {
         let (timed, _) = find(sorted)?.last.as_ref()?;
