@@ -136,14 +136,14 @@ impl Bench {
              a general code over the same pairs.",
         );
         if let Some(cost) = &self.friction_cost {
-            let ends = cost
-                .median_interval()
-                .map_or([cost.least, cost.most], |median| [median.low, median.high]);
+            let rounds = (cost.least, cost.most);
+            let (words, (low, high)) = (cost.median_interval())
+                .map_or(("rounds", rounds), |median| {
+                    ("95 % interval", (median.low, median.high))
+                });
+            let [times, low, high] = [cost.median, low, high].map(|times| rounded(times, 3));
             section = section.with(format!(
-                "A step of native with friction takes {} times ({}–{}) as long as one without.",
-                rounded(cost.median, 3),
-                rounded(ends[0], 3),
-                rounded(ends[1], 3)
+                "A step of native with friction takes {times} times as long as one without ({words} {low}–{high})."
             ));
         }
         let external = self.contests.iter();
