@@ -389,7 +389,7 @@ def steps_by_its_clock(job, name, script):
         runs = ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
         with open(os.path.join(folder, "in.bed"), "w", encoding="utf-8") as file:
             file.write("\n".join([*before, *motion, *runs, *shown]) + "\n")
-        command, environment = [*asked["under"], shutil.which(name), "-in", "in.bed", "-log", "none"], surroundings(folder)
+        command, environment = [shutil.which(name), "-in", "in.bed", "-log", "none"], surroundings(folder)
         if asked["processes"] > 1:
             command, environment = apart.alone([*apart.mpirun(asked["processes"]), *command]), apart.surroundings(folder)
         told = subprocess.run(

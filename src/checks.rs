@@ -216,7 +216,7 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A cost that travels between machines: a ratio of times in one run, or a number of instructions.
+/// A cost that travels between machines: a ratio of times in one run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Speed {
@@ -224,7 +224,7 @@ pub struct Speed {
     pub id: String,
     /// What it is, for people.
     pub what: String,
-    /// `times native`, `instructions a step`.
+    /// `times native`, `times without friction`.
     pub unit: String,
     /// The median.
     pub value: f64,

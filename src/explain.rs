@@ -178,8 +178,8 @@ pub const EXPLANATIONS: [Explanation; 28] = [
     },
     Explanation {
         pattern: "bench/*",
-        meaning: "The benchmark holds costs of engines against each other and against its goals.",
-        formula: "Ratios of times in one run, and numbers of instructions.",
+        meaning: "The benchmark holds costs of engines against each other.",
+        formula: "Ratios of times in one run.",
         source: "docs/benchmark.md; src/limits/bench/",
         breaks: "A change of a kernel; another program on the machine.",
     },
@@ -215,11 +215,11 @@ pub const EXPLANATIONS: [Explanation; 28] = [
     Explanation {
         pattern: "baseline/speed/*",
         meaning: "The native engine costs no more than in a run that was kept under a name.",
-        formula: "A ratio of times in one run (YADE's over native's), or a number of instructions, over the same of the baseline; beyond what \
+        formula: "A ratio of times in one run (YADE's over native's) over the same of the baseline; beyond what \
             rounds scatter, on machines of one kind. Without a live YADE the main job has none.",
         source: "docs/checks.md; src/compare/baseline/diff.rs",
-        breaks: "A slower kernel, a longer neighbour list, or a busy machine: ratios of one round each are not told apart below a factor of 1.5. \
-            `crossgrain bench` counts instructions, to a hundredth.",
+        breaks: "A slower kernel, a longer neighbour list, or a busy machine: ratios of one round each are not told apart below a factor of 1.5; \
+            `crossgrain bench` has several.",
     },
     Explanation {
         pattern: "run/*",

@@ -21,7 +21,7 @@ const RECORD: &str = "bench.json";
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Engines that are not installed are shown as skipped. Goals that are met or not are findings; the \
+    after_help = "Engines that are not installed are shown as skipped. No time is a check: the \
     exit code tells whether the engines ran and whether their beds agree.\nA settled bed in --out is taken over.\n\n\
     Examples:\n  crossgrain bench --quick\n  crossgrain bench --rounds 15 --out bench\n  crossgrain bench --quick --engine exec:adapters/lammps.py"
 )]

@@ -322,8 +322,8 @@ impl Where {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Exit code 0: nothing is worse; 1: a new failure, or slower on the same kind of machine; 3: a check is gone, is no \
-    longer made or is defined otherwise, so that nothing can be said of it.\nTimes are compared as ratios to YADE and to native and as \
-    numbers of instructions, never as seconds.\n\nExample:\n  crossgrain report baseline diff out/reproduce/run.json main"
+    longer made or is defined otherwise, so that nothing can be said of it.\nTimes are compared as ratios to YADE and to native, \
+    never as seconds.\n\nExample:\n  crossgrain report baseline diff out/reproduce/run.json main"
 )]
 pub struct DiffArguments {
     /// run.json, verify.json, bench.json, check.json or report.json of a finished job
@@ -474,7 +474,7 @@ impl Folders {
 #[derive(Debug, Args)]
 #[command(
     after_help = "A speed has changed when its rounds lie apart from those of the record where its level began, by 5 % of the median \
-    at least (single values: by half; instructions: by 1 %), in two records one after the other. Times are ratios, and only those of the \
+    at least (single values: by half), in two records one after the other. Times are ratios, and only those of the \
     newest record's kind of machine are held against each other. The exit code is the newest record's, and 1 if something became slower in \
     the last two.\n\nExamples:\n  \
     crossgrain report baseline save verified/verify.json $COMMIT --store history  # after each change\n  \

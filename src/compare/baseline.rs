@@ -227,7 +227,7 @@ fn speed(pair: &SpeedPair) -> Check {
     check.expected = Some(1.0);
     check.upper = pair.scatter.is_finite().then_some(pair.scatter);
     check.judged_by(
-        "a ratio of times in one run, or a number of instructions, over the same of the baseline",
+        "a ratio of times in one run over the same of the baseline",
         "the scatter of rounds, docs/checks.md",
     )
 }

@@ -408,20 +408,18 @@ pub fn run_cases(
     Ok(results.map(|of| of.map(|run| run.track)).collect())
 }
 
-/// Has the engine time steps of this bed by its own clock; `work` is an empty folder. The engine's program runs `under`
-/// another one, such as valgrind, if any is named.
+/// Has the engine time steps of this bed by its own clock; `work` is an empty folder.
 pub fn time(
     model: &Model,
     bodies: &Bodies,
     steps: TimedSteps,
     engine: &ExternalEngine,
-    under: &[String],
     work: &Path,
 ) -> Result<Timed> {
     let description = &engine.description;
     let missing = (!description.has(Part::Timing)).then_some(Part::Timing);
     has_all(description, missing.into_iter().collect(), HINT_CASES)?;
-    write_timing(work, model, bodies, steps, under, &Value::Null)?;
+    write_timing(work, model, bodies, steps, &Value::Null)?;
     start(&engine.options, work, &mut ())?;
     read::timed(work, model, bodies, steps)
 }
@@ -464,7 +462,9 @@ fn not_started<E: Display>(path: &Path) -> impl FnOnce(E) -> ProgramError {
 fn program(options: &Options) -> Result<Command> {
     // The path as it is: nothing is looked up, and no shell sees it.
     let program = whole_path(&options.program).map_err(not_started(&options.program))?;
-    Ok(Command::new(program))
+    let mut command = Command::new(program);
+    command.env("OMP_NUM_THREADS", "1");
+    Ok(command)
 }
 
 /// Starts an engine in `work`, without a display, and waits for its end; standard error goes to the file `errors`.
@@ -487,7 +487,6 @@ pub fn finish(
         .current_dir(work)
         .env("PYTHONUNBUFFERED", "1")
         .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("OMP_NUM_THREADS", "1")
         .env_remove("DISPLAY")
         .stdout(output)
         .stderr(errors);
@@ -621,14 +620,12 @@ pub fn write_cases(work: &Path, cases: &[&Case], settings: &Value) -> Result<()>
     write_job(work, json!({"kind": "cases", "folders": folders}), settings)
 }
 
-/// Writes a bed whose steps are to be timed into `work`; the program runs `under` another one, such as valgrind, if any is
-/// named.
+/// Writes a bed whose steps are to be timed into `work`.
 pub fn write_timing(
     work: &Path,
     model: &Model,
     bodies: &Bodies,
     steps: TimedSteps,
-    under: &[String],
     settings: &Value,
 ) -> Result<()> {
     let job = json!({
@@ -638,7 +635,6 @@ pub fn write_timing(
         "steps": steps.timed,
         "shares": steps.shares,
         "processes": steps.processes,
-        "under": under,
     });
     write_job(work, job, settings)?;
     write_grains(work, bodies)

@@ -2,7 +2,6 @@
 //! socket, and has what they write read as that of any engine is.
 
 use std::env;
-use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -35,8 +34,8 @@ pub struct Options {
     pub limits: Limits,
     /// The `yade` to use instead of the one on the path.
     pub program: Option<PathBuf>,
-    /// A program, with its arguments, that YADE's Python is to run under, such as valgrind; usually none.
-    pub under: Vec<String>,
+    /// More than one add up forces in any order.
+    pub threads: u32,
 }
 
 impl Default for Options {
@@ -46,7 +45,7 @@ impl Default for Options {
             verlet_distance: 1.0e-4,
             limits: usual_limits(),
             program: None,
-            under: Vec::new(),
+            threads: 1,
         }
     }
 }
@@ -271,12 +270,11 @@ pub fn time(
 ) -> Result<(Timed, String)> {
     can(unsupported(model))?;
     let yade = find(options.program.as_deref())?;
-    exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
-    let mut options = options.clone();
-    if steps.processes > 1 {
-        let threads = format!("OMP_NUM_THREADS={}", steps.processes);
-        options.under.extend(["env".to_owned(), threads]);
-    }
+    exec::write_timing(work, model, bodies, steps, &options.settings())?;
+    let options = Options {
+        threads: steps.processes,
+        ..options.clone()
+    };
     let (_, version) = start(&yade, TIME_STEPS, work, &options, &mut ())?;
     let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
     Ok((timed, version))
@@ -309,11 +307,10 @@ fn start(
     }
     // Under this name Python imports the program, and the program then opens no socket.
     link(&yade.program, &work.join("yadeimport.py"))?;
-    let under = options.under.iter().map(OsStr::new);
-    let mut words = under.chain([yade.interpreter.as_os_str(), OsStr::new(script.0)]);
-    let mut command = Command::new(words.next().unwrap_or_default());
+    let mut command = Command::new(&yade.interpreter);
     command
-        .args(words)
+        .arg(script.0)
+        .env("OMP_NUM_THREADS", options.threads.to_string())
         .env("CROSSGRAIN_JOB", work)
         .env("CROSSGRAIN_PARENT", std::process::id().to_string())
         .env("PYTHONPATH", work)

@@ -1,6 +1,5 @@
-//! Benchmarks: all engines side by side on the paper's settled bed, cost against size, instructions, stages, and the
-//! distance from what the machine can do. Goals that are met or not are findings; what fails is an engine that does
-//! not run or whose bed is no longer the bed.
+//! Benchmarks: all engines side by side on the paper's settled bed, stages, and cost against size. What fails is an engine
+//! that does not run or whose bed is no longer the bed; no time does.
 
 pub mod bed;
 pub mod contender;
@@ -23,8 +22,7 @@ use grains::native::timing::Share;
 
 use bed::{Bed, PAPER};
 use contender::{Contender, Contest};
-use document::Goal;
-use machine::{Bound, Instructions, Machine, Throughput, Work};
+use machine::Machine;
 use scaling::{Point, SpeedUp};
 use timing::Spread;
 
@@ -96,8 +94,6 @@ pub struct Plan {
     pub sizes: &'static [u32],
     /// Times that each native point is measured.
     pub repeats: u32,
-    /// Whether the instructions of other engines are counted: under valgrind they take a minute or two.
-    pub counts_others: bool,
 }
 
 impl Plan {
@@ -109,7 +105,6 @@ impl Plan {
         shares: 50,
         sizes: &[1_000, PAPER],
         repeats: 1,
-        counts_others: false,
     };
     pub const FULL: Plan = Plan {
         rounds: 11,
@@ -122,7 +117,6 @@ impl Plan {
             1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000, 1_000_000,
         ],
         repeats: 9,
-        counts_others: true,
     };
 
     pub fn compared_after(&self) -> u64 {
@@ -154,18 +148,6 @@ pub struct BedRecord {
     pub steps_per_build: f64,
 }
 
-/// How far native is from the machine's limits, at one size.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Distance {
-    pub grains: u32,
-    /// What a step is measured to take, s.
-    pub seconds_per_step: f64,
-    pub bytes: f64,
-    /// Bytes a second, from a working set of that size.
-    pub read_rate: f64,
-    pub bounds: Vec<Bound>,
-}
-
 /// A finished benchmark: `bench.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bench {
@@ -183,13 +165,8 @@ pub struct Bench {
     /// Time a step of native with friction over that without, round by round.
     pub friction_cost: Option<Spread>,
     pub stages: Vec<Share>,
-    pub instructions: Vec<Instructions>,
-    pub throughput: Throughput,
-    /// Native against them.
-    pub distances: Vec<Distance>,
     pub scaling: Vec<Point>,
     pub speed_ups: Vec<SpeedUp>,
-    pub goals: Vec<Goal>,
     /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
     /// ratios against YADE flatter, because its steps suffer more from shared caches.
     pub disturbed: bool,
@@ -225,21 +202,15 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
     let [sorted_bits, friction_bits] = bits;
     task.done(&format!("{} rounds", plan.rounds));
 
-    let task = display.task("stages and limits");
+    let task = display.task("stages");
     let clocked = timing::clocked(&bed, CLOCKED_STEPS)?;
-    let throughput = Throughput::measure();
     task.done("measured");
-
-    let task = display.task("instructions");
-    let instructions = machine::instructions(&setup, clocked.listed_pairs, &task, &mut missed)?;
-    task.done("counted");
 
     let task = display.task("cost against size");
     let (scaling, speed_ups) = scaling::measure(&setup, &task, &mut missed)?;
     task.done(&format!("{} sizes", plan.sizes.len()));
 
     let friction_cost = friction_cost(&contests);
-    let pairs_a_grain = clocked.listed_pairs as f64 / f64::from(PAPER);
     Ok(Bench {
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         command: options.command.clone(),
@@ -255,10 +226,6 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
             steps_per_build: CLOCKED_STEPS as f64 / clocked.builds.max(1) as f64,
         },
         stages: clocked.shares,
-        instructions,
-        distances: distances(&scaling, pairs_a_grain, &throughput),
-        throughput,
-        goals: document::goals(&contests, friction_cost.as_ref(), &scaling, &speed_ups),
         friction_cost,
         disturbed: (contests.iter().filter_map(|of| of.processor_share))
             .any(|share| share < UNDISTURBED),
@@ -276,30 +243,6 @@ fn friction_cost(contests: &[Contest]) -> Option<Spread> {
     let of = |wanted| contests.iter().find(|of| of.contender == wanted);
     let [friction, native] = [Contender::NativeFriction, Contender::Native].map(of);
     Spread::ratio(&friction?.seconds_per_step, &native?.seconds_per_step)
-}
-
-/// Of the smallest and the largest bed from the paper's size on.
-fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> Vec<Distance> {
-    let native = |point: &&Point| point.name == "native" && point.grains >= PAPER;
-    let of: Vec<&Point> = points.iter().filter(native).collect();
-    let ends = of.iter().take(1).chain(of.iter().skip(1).last());
-    ends.map(|point| {
-        let grains = f64::from(point.grains);
-        let work = Work {
-            pairs: pairs_a_grain * grains,
-            grains,
-        };
-        let read_rate = machine::read_rate(work.bytes() as usize);
-        let measured = point.seconds_per_step.median;
-        Distance {
-            grains: point.grains,
-            seconds_per_step: measured,
-            bytes: work.bytes(),
-            read_rate,
-            bounds: work.bounds(throughput, read_rate, measured),
-        }
-    })
-    .collect()
 }
 
 /// A processor share below this in some round says that somebody else was at work.

@@ -1,5 +1,5 @@
-//! A run held against a baseline: what is worse, what is better, what moved, and what cannot be told. Speeds are ratios and
-//! numbers of instructions, judged beyond their scatter.
+//! A run held against a baseline: what is worse, what is better, what moved, and what cannot be told. Speeds are ratios,
+//! judged beyond their scatter.
 
 use std::collections::BTreeMap;
 
@@ -398,8 +398,6 @@ pub struct SpeedPair {
 const SINGLE_ROUND: f64 = 1.5;
 /// Times whose rounds do not overlap.
 const APART: f64 = 1.05;
-/// Numbers of instructions.
-const INSTRUCTIONS: f64 = 1.01;
 
 impl SpeedPair {
     pub fn in_a_line(&self) -> String {
@@ -455,7 +453,6 @@ fn scatter(old: &Speed, new: &Speed) -> f64 {
         (Some([_, high]), Some([low, _])) if high < low => APART,
         (Some([low, _]), Some([_, high])) if high < low => APART,
         (Some(_), Some(_)) => f64::INFINITY,
-        _ if old.unit.starts_with("instructions") => INSTRUCTIONS,
         _ => SINGLE_ROUND,
     }
 }
@@ -470,14 +467,14 @@ mod tests {
             .judged_by("by looking", "told so")
     }
 
-    fn speed(value: f64, range: Option<[f64; 2]>, unit: &str) -> Speed {
+    fn speed(value: f64, range: Option<[f64; 2]>) -> Speed {
         Speed {
             id: "time/yade".to_owned(),
             what: "YADE over native".to_owned(),
-            unit: unit.to_owned(),
+            unit: "times native".to_owned(),
             value,
             range,
-            less_is_better: unit.starts_with("instructions"),
+            less_is_better: false,
         }
     }
 
@@ -651,17 +648,20 @@ mod tests {
             let diff = between(run(before), &run(after));
             (diff.speeds[0].pace, diff.verdict)
         };
-        let single = |value| speed(value, None, "times native");
-        let rounds = |value| speed(value, Some([value - 2.0, value + 2.0]), "times native");
-        let counted = |value| speed(value, None, "instructions a step");
+        let single = |value| speed(value, None);
+        let friction = |value| Speed {
+            less_is_better: true,
+            ..single(value)
+        };
+        let rounds = |value| speed(value, Some([value - 2.0, value + 2.0]));
         use Outcome::{Fail, Pass};
         assert_eq!(pace(single(80.0), single(60.0)), (Pace::Same, Pass));
         assert_eq!(pace(single(80.0), single(40.0)), (Pace::Slower, Fail));
         assert_eq!(pace(single(40.0), single(80.0)), (Pace::Faster, Pass));
+        assert_eq!(pace(friction(2.0), friction(4.0)), (Pace::Slower, Fail));
+        assert_eq!(pace(friction(4.0), friction(2.0)), (Pace::Faster, Pass));
         assert_eq!(pace(rounds(80.0), rounds(77.0)), (Pace::Same, Pass));
         assert_eq!(pace(rounds(80.0), rounds(70.0)), (Pace::Slower, Fail));
-        assert_eq!(pace(counted(1.0e6), counted(1.02e6)), (Pace::Slower, Fail));
-        assert_eq!(pace(counted(1.0e6), counted(1.005e6)), (Pace::Same, Pass));
         let before = record(Vec::new(), vec![single(80.0)]);
         let mut after = record(Vec::new(), vec![single(40.0)]);
         after.machine_kind = Some("another".to_owned());

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde_json::json;
 
+use super::Result;
 use super::timing::after;
-use super::{Result, nonsense};
 use crate::files::{read_text, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
@@ -48,15 +48,6 @@ pub fn settled(grains: u32, observer: &mut dyn Observer) -> Result<Bed, NativeEr
     })
 }
 
-/// What a kept bed must be, to be taken over.
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Kept {
-    scene_digest: String,
-    state: String,
-    crossgrain: String,
-}
-
 /// The most of its note, bytes.
 const LONGEST_NOTE: u64 = 1 << 16;
 
@@ -65,36 +56,34 @@ pub fn settled_or_kept(folder: &Path, grains: u32, observer: &mut dyn Observer) 
     let [table, note] = ["csv", "json"].map(|end| format!("bed-{grains}.{end}"));
     let (table, note) = ((folder, &table), (folder, &note));
     let scene = scene_of(grains);
-    let kept = |bodies: &Bodies| Kept {
-        scene_digest: scene.digest(),
-        state: bodies.digest(),
-        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+    let said_of = |bodies: &Bodies| {
+        let (scene, state) = (scene.digest(), bodies.digest());
+        let version = env!("CARGO_PKG_VERSION");
+        json!({"scene_digest": scene, "state": state, "crossgrain": version}).to_string()
     };
-    if let Ok(text) = read_text(note, LONGEST_NOTE)
-        && let Ok(noted) = serde_json::from_str::<Kept>(&text)
+    if let Ok(said) = read_text(note, LONGEST_NOTE)
         && let Ok(bodies) = read_bodies(table, grains)
-        && kept(&bodies) == noted
+        && said_of(&bodies) == said
     {
         return Ok(Bed { scene, bodies });
     }
     let bed = settled(grains, observer)?;
     write_bodies(table, &bed.bodies)?;
-    let text = serde_json::to_string(&kept(&bed.bodies)).map_err(nonsense)?;
-    write_whole(note, text.as_bytes())?;
+    write_whole(note, said_of(&bed.bodies).as_bytes())?;
     Ok(bed)
 }
 
-/// `copies` of a settled bed side by side, every second one mirrored, so that grains that touched a wall
+/// `copies` of a `small` settled bed side by side, every second one mirrored, so that grains that touched a wall
 /// now touch their mirror images; then some steps of rest. Grains are numbered as a cloud of
 /// that width would be: row by row of the lattice that was poured, from the floor up.
-pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
-    let grains = of.bodies.len() as u32 * copies;
-    let scene = scene_of(grains);
-    let Cloud::JitteredLattice { columns, .. } = of.scene.cloud;
-    let bodies = side_by_side(&of.bodies, of.scene.container.width, columns, copies);
-    let restless = Bed { scene, bodies };
-    let bodies = after(&restless, RELAXING)?.bodies;
-    Ok(Bed { bodies, ..restless })
+pub fn laid_out(small: &Bed, copies: u32) -> Result<Bed, NativeError> {
+    let Cloud::JitteredLattice { columns, .. } = small.scene.cloud;
+    let mut bed = Bed {
+        scene: scene_of(small.grains() * copies),
+        bodies: side_by_side(&small.bodies, small.scene.container.width, columns, copies),
+    };
+    bed.bodies = after(&bed, RELAXING)?.bodies;
+    Ok(bed)
 }
 
 /// Angle of friction of the bed with friction, rad.
@@ -105,14 +94,15 @@ impl Bed {
     pub fn with_friction(&self) -> Bed {
         let mut scene = self.scene.clone();
         scene.material.friction_angle = FRICTION;
-        let of = |(radius, mass): (&f64, &f64)| scene.grain_inertia(*radius, *mass);
-        let Bodies { radius, mass, .. } = &self.bodies;
-        let bodies = Bodies {
-            inertia: radius.iter().zip(mass).map(of).collect(),
-            spin: vec![0.0; radius.len()],
-            ..self.bodies.clone()
-        };
+        let mut bodies = self.bodies.clone();
+        let grains = bodies.radius.iter().zip(&bodies.mass);
+        bodies.inertia = grains.map(|(r, m)| scene.grain_inertia(*r, *m)).collect();
+        bodies.spin = vec![0.0; bodies.len()];
         Bed { scene, bodies }
+    }
+
+    pub fn grains(&self) -> u32 {
+        self.bodies.len() as u32
     }
 
     pub fn task(&self, steps: u64) -> Task {
@@ -123,21 +113,19 @@ impl Bed {
 /// The grains of [`laid_out`] before they come to rest.
 pub fn side_by_side(of: &Bodies, width: f64, columns: u32, copies: u32) -> Bodies {
     let columns = columns as usize;
-    let mut places: Vec<(usize, usize, usize, usize)> = Vec::new();
-    for copy in 0..copies as usize {
-        for id in 0..of.len() {
-            let column = id % columns;
-            let mirrored = columns - 1 - column;
-            let across = if copy % 2 == 0 { column } else { mirrored };
-            places.push((id / columns, copy, across, id));
-        }
-    }
-    places.sort_unstable();
-    numbered(of, width, places.iter().map(|place| (place.1, place.3)))
+    let copies = 0..copies as usize;
+    let all = copies.flat_map(|copy| (0..of.len()).map(move |id| (copy, id)));
+    let mut places: Vec<(usize, usize)> = all.collect();
+    places.sort_by_key(|&(copy, id)| {
+        let column = id % columns;
+        let across = [column, columns - 1 - column][copy % 2];
+        (id / columns, copy, across)
+    });
+    numbered(of, width, places)
 }
 
 /// Grains in this order, each with the copy of the bed that it stands in.
-fn numbered(of: &Bodies, width: f64, order: impl Iterator<Item = (usize, usize)>) -> Bodies {
+fn numbered(of: &Bodies, width: f64, order: impl IntoIterator<Item = (usize, usize)>) -> Bodies {
     let mut bodies = Bodies::default();
     for (copy, id) in order {
         let (x, vx) = match copy % 2 {

@@ -62,90 +62,71 @@ enum Program {
 }
 
 impl Setup<'_> {
-    pub fn bed_of(&self, contender: Contender) -> &Bed {
-        match contender.friction() {
-            true => self.with_friction,
-            false => self.bed,
-        }
-    }
-
     fn described(&self, contender: Contender) -> Option<&Description> {
         let external = self.engines.external.as_ref();
         let external = external.filter(|_| contender == Contender::External);
-        external.map(|of| &of.description)
+        external.map(|engine| &engine.description)
     }
 
     /// For tables. An external engine may have the name of one that takes part anyway.
     pub fn name_of(&self, contender: Contender) -> String {
+        let (_, friction, _, name) = contender.parts();
         match self.described(contender) {
-            Some(of) => format!("exec:{}", of.name),
-            None => contender.name().to_owned(),
+            Some(external) => format!("exec:{}", external.name),
+            None => format!("{name}{}", if friction { ", friction" } else { "" }),
         }
     }
 
     /// Where it says that it does something else than the model says.
     fn approximations_of(&self, contender: Contender) -> Vec<String> {
         let described = self.described(contender);
-        described.map_or(Vec::new(), |of| of.approximations.clone())
+        described.map_or(Vec::new(), |external| external.approximations.clone())
     }
 }
 
 impl Contender {
-    pub fn friction(self) -> bool {
-        use Contender::{LammpsFriction, NativeFriction, YadeOrdinaryFriction, YadeSortedFriction};
-        matches!(
-            self,
-            NativeFriction | YadeOrdinaryFriction | YadeSortedFriction | LammpsFriction
-        )
-    }
-
-    /// What computes it, its id and its name.
-    fn program_id_and_name(self) -> (Program, &'static str, &'static str) {
-        use Program::{External, Native, Yade};
+    /// What computes it, whether the bed has friction, its id and its name without that.
+    fn parts(self) -> (Program, bool, &'static str, &'static str) {
+        use Contender::*;
+        use Program::Yade;
         let [ordinary, sorted] = [false, true].map(|sorted| Yade { sorted });
         let [lammps, liggghts] = [Adapter::LAMMPS, Adapter::LIGGGHTS].map(Program::Adapter);
+        let [loop_as_is, in_order] = ["YADE -j1, ordinary loop", "YADE -j1, sorted loop"];
         match self {
-            Contender::Native => (Native, "native", "native"),
-            Contender::YadeOrdinary => (ordinary, "ordinary-loop", "YADE -j1, ordinary loop"),
-            Contender::YadeSorted => (sorted, "sorted-loop", "YADE -j1, sorted loop"),
-            Contender::Lammps => (lammps, "gran-hooke", "LAMMPS gran/hooke"),
-            Contender::Liggghts => (liggghts, "hooke-stiffness", "LIGGGHTS hooke/stiffness"),
-            Contender::NativeFriction => (Native, "native-friction", "native, friction"),
-            Contender::YadeOrdinaryFriction => {
-                let name = "YADE -j1, ordinary loop, friction";
-                (ordinary, "ordinary-loop-friction", name)
+            Native => (Program::Native, false, "native", "native"),
+            NativeFriction => (Program::Native, true, "native-friction", "native"),
+            YadeOrdinary => (ordinary, false, "ordinary-loop", loop_as_is),
+            YadeOrdinaryFriction => (ordinary, true, "ordinary-loop-friction", loop_as_is),
+            YadeSorted => (sorted, false, "sorted-loop", in_order),
+            YadeSortedFriction => (sorted, true, "sorted-loop-friction", in_order),
+            Lammps => (lammps, false, "gran-hooke", "LAMMPS gran/hooke"),
+            LammpsFriction => {
+                let name = "LAMMPS gran/hooke/history";
+                (lammps, true, "gran-hooke-history", name)
             }
-            Contender::YadeSortedFriction => {
-                let name = "YADE -j1, sorted loop, friction";
-                (sorted, "sorted-loop-friction", name)
+            Liggghts => {
+                let name = "LIGGGHTS hooke/stiffness";
+                (liggghts, false, "hooke-stiffness", name)
             }
-            Contender::LammpsFriction => {
-                let name = "LAMMPS gran/hooke/history, friction";
-                (lammps, "gran-hooke-history", name)
-            }
-            Contender::External => (External, "external", "exec"),
+            External => (Program::External, false, "external", "exec"),
         }
     }
 
     fn program(self) -> Program {
-        self.program_id_and_name().0
+        self.parts().0
+    }
+
+    pub fn friction(self) -> bool {
+        self.parts().1
     }
 
     /// In ids of checks, unique.
     pub fn id(self) -> &'static str {
-        self.program_id_and_name().1
-    }
-
-    pub fn name(self) -> &'static str {
-        self.program_id_and_name().2
+        self.parts().2
     }
 
     pub fn is_native(self) -> bool {
         self.program() == Program::Native
-    }
-
-    pub fn is_sorted(self) -> bool {
-        self.program() == Program::Yade { sorted: true }
     }
 
     /// Whether a benchmark without it is incomplete.
@@ -153,25 +134,10 @@ impl Contender {
         !matches!(self.program(), Program::Adapter(_))
     }
 
-    /// How many times native's time a step of it is to take, where that is a goal, and what the goal is.
-    pub fn goal(self) -> Option<(f64, &'static str)> {
-        Some(match self {
-            Contender::YadeOrdinary => (30.0, "native against YADE's ordinary loop"),
-            Contender::Lammps => (7.0, "native against LAMMPS gran/hooke"),
-            Contender::YadeOrdinaryFriction => {
-                (25.0, "with friction, native against YADE's ordinary loop")
-            }
-            Contender::LammpsFriction => (
-                4.0,
-                "with friction, native against LAMMPS gran/hooke/history",
-            ),
-            _ => return None,
-        })
-    }
-
     /// Times its window on the bed, with the bed after [`Plan::compared_after`] steps; and its version.
     pub fn run(self, setup: &Setup<'_>) -> Result<(Timed, String)> {
-        let (bed, plan) = (setup.bed_of(self), &setup.plan);
+        let bed = [setup.bed, setup.with_friction][usize::from(self.friction())];
+        let plan = &setup.plan;
         let folder = timing::folder(setup.work, "turn")?;
         match self.program() {
             Program::Native => {
@@ -181,9 +147,9 @@ impl Contender {
                 Ok((Timed::plain(window, last), version))
             }
             Program::External => by_two_runs(bed, plan, setup.engines.external()?, &folder),
-            of => {
+            program => {
                 // Only YADE has an account of its own.
-                let is_yade = matches!(of, Program::Yade { .. });
+                let is_yade = matches!(program, Program::Yade { .. });
                 let steps = TimedSteps {
                     warm_up: plan.warm_up,
                     timed: plan.other,
@@ -209,8 +175,7 @@ impl Contender {
     }
 }
 
-/// Has a program that is no part of this one time steps of the bed by its own clock, under another program if any is named;
-/// and its version. `work` is an empty folder.
+/// Has a program that is no part of this one time steps of the bed by its own clock; and its version. `work` is an empty folder.
 pub fn timed(
     contender: Contender,
     bed: &Bed,
@@ -221,12 +186,12 @@ pub fn timed(
     let model = Model::of(&bed.scene);
     let Program::Adapter(adapter) = contender.program() else {
         let mut options = options.clone();
-        options.sorted = contender.is_sorted();
+        options.sorted = contender.program() == Program::Yade { sorted: true };
         return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?);
     };
     let engine = adapter.place(work, &options.limits)?;
     let job = timing::folder(work, "job")?;
-    let timed = exec::time(&model, &bed.bodies, steps, &engine, &options.under, &job)?;
+    let timed = exec::time(&model, &bed.bodies, steps, &engine, &job)?;
     Ok((timed, engine.description.version))
 }
 
@@ -335,28 +300,37 @@ impl StateCheck {
         tolerance: Tolerance,
     ) -> Self {
         let there = &native.bodies;
-        let contacts_in_native = between_grains(native);
         let displacement = if bodies.len() == there.len() {
             largest_distance(bodies, there) / mean_radius
         } else {
             f64::INFINITY
         };
-        let (energy, energy_in_native) = (bodies.kinetic_energy(), there.kinetic_energy());
-        let lost = (contacts as f64 / contacts_in_native as f64 - 1.0).abs();
-        let ratio = (energy / energy_in_native).max(energy_in_native / energy);
-        StateCheck {
+        let mut check = StateCheck {
             steps: native.step,
             displacement,
             contacts,
-            contacts_in_native,
-            energy,
-            energy_in_native,
+            contacts_in_native: between_grains(native),
+            energy: bodies.kinetic_energy(),
+            energy_in_native: there.kinetic_energy(),
             tolerance,
-            // Comparisons that a NaN fails.
-            holds: displacement <= tolerance.displacement
-                && lost <= tolerance.contacts
-                && ratio <= tolerance.energy,
-        }
+            holds: false,
+        };
+        // Comparisons that a NaN fails.
+        let holds = |(value, [_, low, high]): &(f64, [f64; 3])| low <= value && value <= high;
+        check.holds = check.limits().iter().all(holds);
+        check
+    }
+
+    /// Displacement, contacts and kinetic energy: each value with what is expected, the least and the most.
+    pub fn limits(&self) -> [(f64, [f64; 3]); 3] {
+        let (contacts, energy) = (self.contacts_in_native as f64, self.energy_in_native);
+        let (share, factor) = (self.tolerance.contacts, self.tolerance.energy);
+        let around = [contacts, contacts * (1.0 - share), contacts * (1.0 + share)];
+        [
+            (self.displacement, [0.0, 0.0, self.tolerance.displacement]),
+            (self.contacts as f64, around),
+            (self.energy, [energy, energy / factor, energy * factor]),
+        ]
     }
 }
 
@@ -407,8 +381,7 @@ struct Entrant {
 
 impl Entrant {
     fn spread(&self) -> Option<Spread> {
-        let seconds = self.windows.iter().map(|of| of.seconds_per_step());
-        Spread::of(seconds.collect())
+        Spread::of(self.windows.iter().map(Window::seconds_per_step).collect())
     }
 }
 
@@ -422,30 +395,23 @@ pub fn rounds(
     progress: &progress::Task,
     missed: &mut Vec<Missed>,
 ) -> Result<(Vec<Contest>, SortedBits)> {
-    let rounds = setup.plan.rounds;
-    let external = setup.engines.external.as_ref();
-    let all = ALL.into_iter().chain(external.map(|_| Contender::External));
-    let entrants = all.map(|contender| Entrant {
+    let external = setup.engines.external.iter().map(|_| Contender::External);
+    let entrants = ALL.into_iter().chain(external).map(|contender| Entrant {
         contender,
         windows: Vec::new(),
         last: None,
     });
     let mut entrants: Vec<Entrant> = entrants.collect();
-    for round in 0..rounds {
-        let mut order: Vec<&mut Entrant> = entrants.iter_mut().collect();
-        if round % 2 == 1 {
-            order.reverse();
-        }
-        let turns_a_round = order.len();
-        for (turn, of) in order.into_iter().enumerate() {
-            let (contender, name) = (of.contender, setup.name_of(of.contender));
-            let of_round = turn as f64 / turns_a_round as f64;
-            let share = (f64::from(round) + of_round) / f64::from(rounds);
+    for round in 0..setup.plan.rounds {
+        let turns = entrants.len() as f64;
+        for (turn, entrant) in entrants.iter_mut().enumerate() {
+            let (contender, name) = (entrant.contender, setup.name_of(entrant.contender));
+            let share = (f64::from(round) + turn as f64 / turns) / f64::from(setup.plan.rounds);
             progress.share(share, &format!("round {}, {name}", round + 1));
             match contender.run(setup) {
                 Ok(turn) => {
-                    of.windows.push(turn.0.window);
-                    of.last = Some(turn);
+                    entrant.windows.push(turn.0.window);
+                    entrant.last = Some(turn);
                 }
                 Err(error) => {
                     let needed = contender.needed();
@@ -455,13 +421,17 @@ pub fn rounds(
         }
         // What has failed once does not run again.
         entrants.retain(|entrant| missed.iter().all(|of| of.id != entrant.contender.id()));
+        entrants.reverse();
+    }
+    if setup.plan.rounds % 2 == 1 {
+        entrants.reverse();
     }
     let after = |bed: &Bed| timing::after(bed, setup.plan.compared_after());
     let beds = [after(setup.bed)?, after(setup.with_friction)?];
-    let of = |wanted: Contender| entrants.iter().find(|of| of.contender == wanted);
-    let bases = [Contender::Native, Contender::NativeFriction].map(|base| of(base)?.spread());
+    let find = |wanted: Contender| entrants.iter().find(|entrant| entrant.contender == wanted);
+    let native = [Contender::Native, Contender::NativeFriction].map(|way| find(way)?.spread());
     let bits_of = |sorted, name, native: &Snapshot| {
-        let (timed, _) = of(sorted)?.last.as_ref()?;
+        let (timed, _) = find(sorted)?.last.as_ref()?;
         Some(bits::bodies(name, &native.bodies, &timed.last.bodies))
     };
     let [plain, friction] = [
@@ -472,12 +442,12 @@ pub fn rounds(
         bits_of(Contender::YadeSorted, plain, &beds[0]),
         bits_of(Contender::YadeSortedFriction, friction, &beds[1]),
     ];
-    let contest = |of: Entrant| {
-        let (contender, seconds_per_step) = (of.contender, of.spread()?);
-        let (last, version) = of.last?;
+    let contest = |entrant: Entrant| {
+        let (contender, seconds_per_step) = (entrant.contender, entrant.spread()?);
+        let (last, version) = entrant.last?;
         let way = usize::from(contender.friction());
-        let native = bases[way].as_ref();
-        let shares = of.windows.iter().filter_map(|of| of.processor_share());
+        let native = native[way].as_ref();
+        let shares = entrant.windows.iter().filter_map(Window::processor_share);
         Some(Contest {
             contender,
             name: setup.name_of(contender),

@@ -1,106 +1,29 @@
 //! What a benchmark says: its checks, what of it travels between machines, and the whole for people.
 
-use serde::Serialize;
-
 use super::Bench;
 use super::bed::PAPER;
-use super::contender::{ALL, Contender, Contest};
-use super::machine::Instructions;
-use super::scaling::{ON_TWO, Point as Size, SpeedUp};
+use super::contender::{Contender, Contest};
+use super::scaling::{Point as Size, SpeedUp};
 use super::timing::Spread;
 use crate::checks::{Check, Outcome, Speed, verdict};
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
-use evidence::Interval;
 use grains::native::timing::Share;
-
-/// A goal and what was measured of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Goal {
-    pub goal: String,
-    pub bound: f64,
-    /// Whether the measured value must be at least or at most the bound.
-    pub at_least: bool,
-    /// Median; none where it could not be measured.
-    pub measured: Option<f64>,
-    /// Of the median, 95 %; none for fewer than six rounds.
-    pub interval: Option<Interval>,
-    /// Whether the interval lies on the right side of the bound, or on the wrong one.
-    pub met: Option<bool>,
-}
-
-pub fn goals(
-    contests: &[Contest],
-    friction_cost: Option<&Spread>,
-    points: &[Size],
-    speed_ups: &[SpeedUp],
-) -> Vec<Goal> {
-    let goal = |goal: &str, at_least: bool, bound: f64, of: Option<&Spread>| {
-        let interval = of.and_then(Spread::median_interval);
-        Goal {
-            goal: goal.to_owned(),
-            bound,
-            at_least,
-            measured: of.map(|of| of.median),
-            met: interval
-                .filter(|of| bound <= of.low || of.high <= bound)
-                .map(|of| at_least == (bound <= of.low)),
-            interval,
-        }
-    };
-    let faster = |contender: Contender| {
-        let (times, what) = contender.goal()?;
-        let contest = contests.iter().find(|of| of.contender == contender);
-        let over = contest.and_then(|of| of.over_native.as_ref());
-        let what = format!("{what}, times as fast a step");
-        Some(goal(&what, true, times, over))
-    };
-    let with_friction = "native, a step with friction over one without";
-    let with_friction = goal(with_friction, false, 3.0, friction_cost);
-    let at_size = [("100,000", 100_000, 1.2), ("1,000,000", 1_000_000, 1.4)];
-    let at_size = at_size.map(|(name, grains, bound)| {
-        let what = format!("native, cost of a grain at {name} grains over that at 5,000");
-        let times = growth("native", points, grains);
-        goal(&what, false, bound, times.as_ref())
-    });
-    let on_two = [
-        ("on two threads at 100,000 grains", 100_000, 1.7),
-        ("where two threads are allowed at 5,000 grains", PAPER, 0.99),
-    ];
-    let on_two = on_two.map(|(way, grains, bound)| {
-        let of = |of: &&SpeedUp| of.name == ON_TWO[0].1 && of.grains == grains;
-        let times = speed_ups.iter().find(of).map(|of| &of.times);
-        goal(&format!("native, times as fast {way}"), true, bound, times)
-    });
-    let over_others = ALL.into_iter().filter_map(faster);
-    over_others
-        .chain([with_friction])
-        .chain(at_size)
-        .chain(on_two)
-        .collect()
-}
-
-/// Cost of a grain in so large a bed over that at the paper's 5,000, repeat by repeat.
-fn growth(name: &str, points: &[Size], grains: u32) -> Option<Spread> {
-    let at = |grains: u32| {
-        let of = |point: &&Size| point.name == name && point.grains == grains;
-        points.iter().find(of)
-    };
-    let (few, many) = (at(PAPER)?, at(grains)?);
-    let ratio = Spread::ratio(&many.seconds_per_step, &few.seconds_per_step)?;
-    let grains = f64::from(many.grains) / f64::from(few.grains);
-    Spread::of(ratio.all.iter().map(|of| of / grains).collect())
-}
 
 impl Bench {
     /// Every check: beds, bits, and what was missed. No time counts.
     pub fn checks(&self) -> Vec<Check> {
         let mut checks: Vec<Check> = self.contests.iter().flat_map(of_bed).collect();
-        let plain = self.sorted_bits.iter();
-        let plain = plain.map(|bits| ("bench/bits", "", bits));
-        let friction = self.friction_bits.iter();
-        let friction = friction.map(|bits| ("bench/bits-friction", ", with friction", bits));
-        for (id, with, bits) in plain.chain(friction) {
+        let ways = [
+            ("bench/bits", "", &self.sorted_bits),
+            (
+                "bench/bits-friction",
+                ", with friction",
+                &self.friction_bits,
+            ),
+        ];
+        for (id, with, bits) in ways {
+            let Some(bits) = bits else { continue };
             let what = format!("native against YADE's sorted loop{with}");
             let outcome = Outcome::pass_if(bits.agrees());
             let check = Check::of_words(id, &what, outcome, &bits.to_string());
@@ -128,34 +51,26 @@ impl Bench {
         others.filter_map(|contest| Some((contest, contest.over_native.as_ref()?)))
     }
 
-    /// Times over native's, and instructions.
+    /// Times over native's, and what friction costs native.
     pub fn speeds(&self) -> Vec<Speed> {
         // What others take longer is to native's credit.
-        let ratios = self.others_over_native().map(|(contest, over)| Speed {
-            id: format!("time/{}", contest.contender.id()),
-            what: format!("time a step of {} over native", contest.name),
-            unit: "times native".to_owned(),
-            value: over.median,
-            range: Some([over.least, over.most]),
-            less_is_better: false,
+        let speed = |id: &str, what: String, unit: &str, ratio: &Spread, less_is_better| Speed {
+            id: format!("time/{id}"),
+            what,
+            unit: unit.to_owned(),
+            value: ratio.median,
+            range: Some([ratio.least, ratio.most]),
+            less_is_better,
+        };
+        let ratios = self.others_over_native().map(|(contest, over)| {
+            let what = format!("time a step of {} over native", contest.name);
+            speed(contest.contender.id(), what, "times native", over, false)
         });
-        let friction = self.friction_cost.as_ref().map(|cost| Speed {
-            id: "time/friction".to_owned(),
-            what: "time a step of native with friction over that without".to_owned(),
-            unit: "times without friction".to_owned(),
-            value: cost.median,
-            range: Some([cost.least, cost.most]),
-            less_is_better: true,
+        let friction = self.friction_cost.as_ref().map(|cost| {
+            let what = "time a step of native with friction over that without".to_owned();
+            speed("friction", what, "times without friction", cost, true)
         });
-        let instructions = self.instructions.iter().map(|of| Speed {
-            id: format!("instructions/{}", of.contender.id()),
-            what: format!("instructions a step of {}", of.name),
-            unit: "instructions a step".to_owned(),
-            value: of.per_step,
-            range: None,
-            less_is_better: true,
-        });
-        ratios.chain(friction).chain(instructions).collect()
+        ratios.chain(friction).collect()
     }
 
     pub fn document(&self) -> Document {
@@ -175,14 +90,16 @@ impl Bench {
         let disturbed = " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
              on an idle machine before believing any ratio.";
         let checks = self.checks();
-        let mut sections = vec![goal_table(&self.goals), self.side_by_side()];
-        sections.extend(instructions(&self.instructions));
-        sections.extend([self.stages(), self.limits(), self.sizes(), self.machine()]);
         Document {
             title: "What a step costs".to_owned(),
             verdict: verdict(&checks),
             answer: bits + if self.disturbed { disturbed } else { "" },
-            sections,
+            sections: vec![
+                self.side_by_side(),
+                self.stages(),
+                self.sizes(),
+                self.machine(),
+            ],
             checks,
         }
     }
@@ -196,8 +113,9 @@ impl Bench {
             .column("most, µs", micro(|of| of.most))
             .column("steps", |of| of.steps)
             .column("least share of the processor", |of| of.processor_share)
-            .column("times native", |of| {
-                of.over_native.as_ref().map(|over| over.median)
+            .column("times native", |row| Some(row.over_native.as_ref()?.median))
+            .column("95 % interval", |row| {
+                row.over_native.as_ref()?.median_interval()
             })
             .column("contacts", |of| of.state_check.contacts)
             .column("moved, R", |of| of.state_check.displacement)
@@ -217,6 +135,17 @@ impl Bench {
              damping, and without friction do not integrate rotation, so their bed is a slightly other one, and their time is that of \
              a general code over the same pairs.",
         );
+        if let Some(cost) = &self.friction_cost {
+            let rounds = (cost.least, cost.most);
+            let (words, (low, high)) = (cost.median_interval())
+                .map_or(("rounds", rounds), |median| {
+                    ("95 % interval", (median.low, median.high))
+                });
+            let [times, low, high] = [cost.median, low, high].map(|times| rounded(times, 3));
+            section = section.with(format!(
+                "A step of native with friction takes {times} times as long as one without ({words} {low}–{high})."
+            ));
+        }
         let external = self.contests.iter();
         for of in external.filter(|of| of.contender == Contender::External) {
             let said = match of.approximations.as_slice() {
@@ -245,20 +174,14 @@ impl Bench {
                 .between(over.low_quartile, over.high_quartile)
                 .labelled(format!("{} ×", rounded(over.median, 3)))
         });
-        let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
-            let (times, _) = contest.contender.goal()?;
-            Some(Point::at(times, row as f64))
-        });
         let names = rows.iter().map(|(contest, _)| contest.name.as_str());
         let caption = "Time a step over native's in the same round: a dot a round, and the median with half of the rounds";
         let x = Axis::logarithmic("times native");
         let y = Axis::of_names("", names);
         let plot = Plot::new("ratios", caption, x, y);
-        (!rows.is_empty()).then(|| {
-            plot.points("a round", Colour::Sky, rounds)
-                .points("median", Colour::Blue, medians)
-                .points("goal", Colour::Vermilion, goals)
-        })
+        let plot = plot.points("a round", Colour::Sky, rounds);
+        let plot = plot.points("median", Colour::Blue, medians);
+        (!rows.is_empty()).then_some(plot)
     }
 
     fn stages(&self) -> Section {
@@ -275,48 +198,6 @@ impl Bench {
             answer += &format!(" {} by its own account: {}.", of.name, parts.join(", "));
         }
         Section::new("Where the time of a step goes", answer).with(table)
-    }
-
-    fn limits(&self) -> Section {
-        let bounds = self.distances.iter();
-        let bounds = bounds.flat_map(|of| of.bounds.iter().map(move |bound| (of, bound)));
-        let table = Table::of("limits", "", bounds)
-            .column("grains", |(of, _)| of.grains)
-            .column("measured, µs", |(of, _)| 1e6 * of.seconds_per_step)
-            .column("limit", |(_, bound)| &bound.resource)
-            .column("at least, µs", |(_, bound)| 1e6 * bound.seconds)
-            .column("measured over it", |(_, bound)| bound.distance);
-        let of = &self.throughput;
-        let times = [
-            ("a division", of.division),
-            ("a square root", of.square_root),
-            ("an addition or multiplication", of.arithmetic),
-        ];
-        let times = times.map(|(what, seconds)| (what.to_owned(), 1e9 * seconds, "ns"));
-        let sets = ["16 KiB", "512 KiB", "8 MiB", "256 MiB"].map(str::to_owned);
-        let read = sets.into_iter().zip(of.read.iter().copied());
-        let steps = self.distances.iter().map(|of| {
-            let what = format!("a step of {} grains, {:.1} MB", of.grains, of.bytes / 1e6);
-            (what, of.read_rate)
-        });
-        let rates = read.chain(steps).map(|(what, rate)| {
-            let what = format!("reading a working set of {what}");
-            (what, rate / 1e9, "GB/s")
-        });
-        let rates: Vec<(String, f64, &str)> = times.into_iter().chain(rates).collect();
-        let rates = Table::of("throughput", "", &rates)
-            .column("of this machine", |(what, ..)| what)
-            .column("value", |(_, value, _)| *value)
-            .column("unit", |(.., unit)| *unit);
-        let answer = "What a step with these bits cannot do without: two divisions and a root for each listed pair, two divisions for \
-                      each grain, the other arithmetic, and, of a step alone, passing over pairs and grains once. Each is multiplied by the throughput \
-                      measured here on one thread, in vectors of doubles. What no limit of throughput shows: gathering positions by \
-                      ids. The native kernel computes each pair twice, once for either grain, so it could come within a factor of two \
-                      of the divisions at best. A step below a limit shows that the machine was busy while it was measured. Large beds \
-                      alone may be below the limit of memory: they make several steps in one pass.";
-        Section::new("How far from what this machine can do", answer)
-            .with(table)
-            .with(rates)
     }
 
     fn sizes(&self) -> Section {
@@ -350,17 +231,24 @@ impl Bench {
             "peak memory, MB",
             |point| Some(point.peak_memory? as f64 / 1e6),
         );
-        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        let growth = |size: &Size| {
+            let paper = |few: &&Size| few.name == size.name && few.grains == PAPER;
+            let few = self.scaling.iter().find(paper)?;
+            let grains = f64::from(size.grains) / f64::from(few.grains);
+            let times = Spread::ratio(&size.seconds_per_step, &few.seconds_per_step)?;
+            Spread::of(times.all.iter().map(|times| times / grains).collect())
+        };
         let table = Table::of("sizes", "", &self.scaling)
             .column("engine", |point| &point.name)
             .column("grains", |point| point.grains)
-            .column("time a step and grain, ns", |of| 1e9 * of.seconds_per_grain)
-            .column("times that at 5,000", |of| {
-                growth(&of.name, &self.scaling, of.grains).map(|of| of.median)
+            .column("time a step and grain, ns", |size| {
+                1e9 * size.seconds_per_grain
             })
-            .column("memory, MB", |point| point.peak_memory.map(megabytes))
-            .column("memory a grain, B", |point| {
-                Some(point.peak_memory? as f64 / f64::from(point.grains))
+            .column("times that at 5,000", |size| Some(growth(size)?.median))
+            .column("95 % interval", |size| growth(size)?.median_interval())
+            .column("memory, MB", |size| Some(size.peak_memory? as f64 / 1e6))
+            .column("memory a grain, B", |size| {
+                Some(size.peak_memory? as f64 / f64::from(size.grains))
             });
         let micro = |of: fn(&SpeedUp) -> &Spread| move |row: &SpeedUp| 1e6 * of(row).median;
         let on_two = Table::of("two", "", &self.speed_ups)
@@ -368,11 +256,12 @@ impl Bench {
             .column("grains", |of| of.grains)
             .column("time a step on one, µs", micro(|of| &of.one))
             .column("on two, µs", micro(|of| &of.two))
-            .column("times as fast, median", |of| of.times.median)
-            .column("least", |of| of.times.least)
-            .column("most", |of| of.times.most)
+            .column("times as fast, median", |row| row.times.median)
+            .column("95 % interval", |row| row.times.median_interval())
+            .column("least", |row| row.times.least)
+            .column("most", |row| row.times.most)
             .column("times native on two", |of| {
-                of.over_native.as_ref().map(|over| over.median)
+                Some(of.over_native.as_ref()?.median)
             });
         let answer = "Beds up to 5,000 grains are poured and settled, as deep as the paper's and as wide as they need. Larger ones are \
                       copies of the settled bed side by side, every second one mirrored, and some steps of rest. Grains are numbered \
@@ -417,35 +306,19 @@ impl Bench {
 }
 
 /// The three ways in which an engine's bed must still be the bed.
-fn of_bed(contest: &Contest) -> [Check; 3] {
-    let state_check = &contest.state_check;
-    let (tolerance, native) = (state_check.tolerance, state_check.energy_in_native);
-    let contacts = state_check.contacts_in_native as f64;
-    let share = tolerance.contacts;
+fn of_bed(contest: &Contest) -> impl Iterator<Item = Check> {
     let ways = [
         (
             "displacement",
             "largest displacement over the mean radius",
-            state_check.displacement,
-            [0.0, 0.0, tolerance.displacement],
             "1",
         ),
-        (
-            "contacts",
-            "contacts between grains",
-            state_check.contacts as f64,
-            [contacts, contacts * (1.0 - share), contacts * (1.0 + share)],
-            "1",
-        ),
-        (
-            "kinetic-energy",
-            "kinetic energy",
-            state_check.energy,
-            [native, native / tolerance.energy, native * tolerance.energy],
-            "J",
-        ),
+        ("contacts", "contacts between grains", "1"),
+        ("kinetic-energy", "kinetic energy", "J"),
     ];
-    ways.map(|(part, quantity, value, [expected, lower, upper], unit)| {
+    let ways = ways.into_iter().zip(contest.state_check.limits());
+    ways.map(|((part, quantity, unit), (value, limits))| {
+        let [expected, lower, upper] = limits;
         let id = format!("bench/bed/{}/{part}", contest.contender.id());
         let what = format!("{quantity} of the bed of {}", contest.name);
         let outcome = Outcome::pass_if(lower <= value && value <= upper);
@@ -461,55 +334,4 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
                 )
         }
     })
-}
-
-fn goal_table(goals: &[Goal]) -> Section {
-    let table = Table::of("goals", "", goals)
-        .column("met", |of| match of.met {
-            Some(true) => "met",
-            Some(false) => "not met",
-            None if of.measured.is_some() => "undecided",
-            None => "skipped",
-        })
-        .column("goal", |of| &of.goal)
-        .column("bound", |of| {
-            let bound = if of.at_least { "at least" } else { "at most" };
-            format!("{bound} {}", of.bound)
-        })
-        .column("median", |of| of.measured)
-        .column("95 % interval", |of| of.interval);
-    let answer = "Findings, no checks: another machine gives other times. A goal is met, or not, where the interval of the median \
-                  over the rounds says so, for which it takes six.";
-    Section::new("Goals", answer).with(table)
-}
-
-fn instructions(all: &[Instructions]) -> Option<Section> {
-    let mostly_in = |of: &Instructions| {
-        let functions = of.functions.iter().take(4);
-        let functions =
-            functions.map(|(name, share)| format!("`{}` {:.0} %", short_name(name), 100.0 * share));
-        functions.collect::<Vec<_>>().join(", ")
-    };
-    let table = Table::of("instructions", "", all)
-        .column("engine", |of| &of.name)
-        .column("instructions a step", |of| of.per_step)
-        .column("a listed pair", |of| of.per_listed_pair)
-        .column("times native", |of| of.over_native)
-        .column("mostly in", mostly_in);
-    let answer = "Counted by valgrind, the same at any time of day. Valgrind shows no AVX-512, so the native engine's are those of its \
-                  AVX2 code; the AVX-512 code, where the machine has it, needs fewer. An instruction is no unit of time: a vector's \
-                  division takes many times as long as an addition.";
-    (!all.is_empty()).then(|| Section::new("Instructions", answer).with(table))
-}
-
-/// The last part of a long path of a function, without its arguments.
-fn short_name(name: &str) -> String {
-    const LONGEST: usize = 60;
-    if name.starts_with("0x") {
-        return "(a function without a name)".to_owned();
-    }
-    let name = name.split('(').next().unwrap_or(name);
-    let parts: Vec<&str> = name.split("::").collect();
-    let short = parts[parts.len().saturating_sub(2)..].join("::");
-    short.chars().take(LONGEST).collect()
 }

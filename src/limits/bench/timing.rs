@@ -1,5 +1,5 @@
 //! Steps of the native engine, timed from outside: by what it tells its observer, here or in a process of its own, so that
-//! its memory is its own and its instructions can be counted. And what repeated measurements come to.
+//! its memory is its own. And what repeated measurements come to.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -50,11 +50,6 @@ pub fn time(bed: &Bed, steps: u64, threads: usize) -> Result<Window> {
     }
 }
 
-/// All steps that [`time`] does for a window of so many.
-pub fn all_steps(steps: u64) -> u64 {
-    PARTS * part(steps)
-}
-
 fn part(steps: u64) -> u64 {
     steps.div_ceil(PARTS - 1).max(1)
 }
@@ -97,8 +92,6 @@ impl Observer for Watch {
 #[serde(deny_unknown_fields)]
 pub struct One {
     pub window: Window,
-    /// All steps, those before the window too.
-    pub steps: u64,
     /// Largest resident memory, bytes, where the system tells.
     pub peak_memory: Option<u64>,
     /// The widest vector unit that the processor shows it.
@@ -125,7 +118,6 @@ pub fn one(folder: &Path, steps: u64, threads: usize) -> Result<One> {
     let window = time(&Bed { scene, bodies }, steps, threads)?;
     Ok(One {
         window,
-        steps: all_steps(steps),
         peak_memory: crate::run::peak_memory(),
         vector_unit: super::machine::vector_unit().to_owned(),
     })
@@ -157,11 +149,8 @@ pub fn in_a_process(
 ) -> Result<One> {
     let mut command = Command::new(crossgrain);
     let command = command.args(arguments(folder, steps, threads));
-    said(&run(command, folder, limit)?)
-}
-
-/// The line that the process printed, among others.
-pub fn said(log: &str) -> Result<One> {
+    let log = run(command, folder, limit)?;
+    // What it printed is one line, among others.
     log.lines()
         .find(|line| line.starts_with('{'))
         .and_then(|line| serde_json::from_str(line).ok())
