@@ -311,7 +311,7 @@ fn start(
     link(&yade.program, &work.join("yadeimport.py"))?;
     let under = options.under.iter().map(OsStr::new);
     let mut words = under.chain([yade.interpreter.as_os_str(), OsStr::new(script.0)]);
-    let mut command = Command::new(words.next().unwrap_or_default());
+    let mut command = Command::new(words.next().expect("the interpreter at least"));
     command
         .args(words)
         .env("CROSSGRAIN_JOB", work)

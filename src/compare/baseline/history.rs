@@ -197,7 +197,7 @@ fn of_checks(records: &[Baseline], changes: &[(usize, Changed)]) -> Vec<Series> 
         });
         Series {
             name: id.to_owned(),
-            unit: unit.unwrap_or_default(),
+            unit: unit.expect("a check that changed is in a record"),
             is_speed: false,
             values: value.collect(),
             changed,
