@@ -229,11 +229,7 @@ impl Explain {
             return Ok(exit::AGREED);
         };
         let Some(found) = of(id) else {
-            let kinds = EXPLANATIONS.map(|of| {
-                of.pattern
-                    .split_once('/')
-                    .map_or(of.pattern, |(kind, _)| kind)
-            });
+            let kinds = EXPLANATIONS.map(|of| of.pattern.split('/').next().expect("a first part"));
             let mut kinds: Vec<&str> = kinds.into_iter().filter(|of| *of != "*").collect();
             kinds.dedup();
             return Err(Error::Usage(format!(
