@@ -81,6 +81,7 @@ impl Process {
         })
     }
 
+    /// Of a system that does not tell, none.
     fn all() -> Vec<Self> {
         let entries = listed("/proc", usize::MAX).unwrap_or_default();
         let numbers = entries

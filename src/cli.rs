@@ -221,7 +221,7 @@ mod tests {
     }
 
     /// Verbs that judge nothing: they make, show or keep something.
-    const NO_JUDGES: [&str; 24] = [
+    const NO_JUDGES: [&str; 23] = [
         "scene paper",
         "scene check",
         "scene model",
@@ -239,7 +239,6 @@ mod tests {
         "study figures",
         "paper continuum",
         "report explain",
-        "report bisect",
         "report baseline save",
         "report baseline list",
         "report vtk",

@@ -328,9 +328,9 @@ impl Part {
 
     /// With the name in files.
     pub fn in_words(self) -> String {
-        let value = self.to_possible_value();
-        let words = value.and_then(|of| of.get_help().map(ToString::to_string));
-        format!("{} ({})", words.unwrap_or_default(), self.name())
+        let value = self.to_possible_value().expect("no part is hidden");
+        let words = value.get_help().expect("each part has its words");
+        format!("{words} ({})", self.name())
     }
 
     /// Some of them, in words.

@@ -1,7 +1,7 @@
 //! Every way in which the program can fail, and its exit code.
 
 use crate::compare::baseline::BaselineError;
-use crate::compare::baseline::history::BisectError;
+use crate::compare::baseline::history::RepositoryError;
 use crate::engine::{EngineError, ProgramError};
 use crate::files::FileError;
 use crate::run::KeptError;
@@ -63,11 +63,10 @@ impl From<BaselineError> for Error {
     }
 }
 
-impl From<BisectError> for Error {
-    fn from(error: BisectError) -> Self {
+impl From<RepositoryError> for Error {
+    fn from(error: RepositoryError) -> Self {
         match error {
-            BisectError::File(error) => Error::File(error),
-            BisectError::Interrupted => Error::Interrupted,
+            RepositoryError::File(error) => Error::File(error),
             other => Error::Usage(other.to_string()),
         }
     }

@@ -237,6 +237,14 @@ fn unlike(path: &Path, reason: impl Display) -> FileError {
     ))
 }
 
+/// A line of CSV with its end.
+pub fn csv_line(cells: impl IntoIterator<Item = impl AsRef<[u8]>>) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(cells).expect("memory takes it");
+    let line = writer.into_inner().expect("memory takes it");
+    String::from_utf8(line).expect("cells are text")
+}
+
 /// Writes rows under this header, which has their field names in order.
 pub fn write_rows<'a, T: Serialize>(
     place: impl Into<Place<'a>>,

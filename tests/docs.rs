@@ -27,6 +27,7 @@ const ELSEWHERE: &str = r#"
     crossgrain study run methods ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/tradeoff"
     crossgrain engine check yade ⇒ needs YADE ⇒ tests/yade_live.rs ⇒ engine check yade --loop {order}
     crossgrain engine check exec:adapters/lammps.py ⇒ needs LAMMPS ⇒ tests/exec_adapters.rs ⇒ ["engine", "check", &engine, "--quiet", "--dispersion", "0"]
+    git bisect ⇒ wants a repository with a change to find ⇒ tests/regression/commits.rs ⇒ page.find("git bisect start
     job=$(sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ {array}\necho \"$job\"
     sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ submit[1]
     cargo test --release --test checks -- --ignored ⇒ takes ten minutes; three runs of it are a test ⇒ tests/soak.rs ⇒ the_main_job_three_times_leaves_nothing_behind

@@ -140,6 +140,9 @@ fn unsound_folders_are_refused_with_exit_2() {
     changed("contacts.csv", "id2 = 100000", |of| {
         format!("{of}303,100000,1e-6,1,0,1,0,0.1,0.1\n")
     });
+    changed("contacts.csv", "second body is no grain", |of| {
+        format!("{of}303,302,1e-6,1,0,1,0,0.1,0.1\n")
+    });
     let history = |message: &str, how| changed("history.csv", message, how);
     history("has not the moments of the stages", |of| {
         without_last(of, 1)

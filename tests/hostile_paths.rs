@@ -9,7 +9,7 @@ use crossgrain::workers;
 use crate::support::*;
 
 /// Verbs with `@` where a path stands: files and folders that are read, then those that are written.
-const READ: [&str; 48] = [
+const READ: [&str; 47] = [
     "scene check @",
     "scene model @",
     "scene parameters --engine native @",
@@ -53,7 +53,6 @@ const READ: [&str; 48] = [
     "report explain compare --record @",
     "report history --store @",
     "report history --store kept --repository @",
-    "report bisect a --good b --record r --repository @ -- true",
     "report baseline save @ name --store o",
     "report baseline diff @ name --store kept",
     "report baseline diff record.json name --store @",

@@ -10,7 +10,7 @@ use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Tally};
 use crate::compare::baseline::diff::diff;
-use crate::compare::baseline::history::{self, Bisection, Repository, bisect};
+use crate::compare::baseline::history::{self, Repository};
 use crate::compare::baseline::{NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
@@ -38,8 +38,6 @@ pub enum Verb {
     Baseline(Baseline),
     /// Jobs that were kept over time: which check or speed changed in which
     History(History),
-    /// The commit that moved a check or a speed, by git's bisection
-    Bisect(Bisect),
     /// What came of a run: why it ended, the force against the depth, heights, and with --out a page with pictures
     #[command(after_help = "Example:\n  crossgrain report run native --out page")]
     Run(OfRun),
@@ -60,7 +58,6 @@ impl Verb {
             Verb::Explain(arguments) => arguments.execute(),
             Verb::Baseline(verb) => verb.execute(),
             Verb::History(arguments) => arguments.execute(),
-            Verb::Bisect(arguments) => arguments.execute(),
             Verb::Run(arguments) => arguments.execute(),
             Verb::Vtk(folders) => folders.vtk(),
             Verb::Archive(folders) => folders.archive(),
@@ -232,7 +229,7 @@ impl Explain {
             return Ok(exit::AGREED);
         };
         let Some(found) = of(id) else {
-            let kinds = EXPLANATIONS.map(|of| of.pattern.split('/').next().unwrap_or_default());
+            let kinds = EXPLANATIONS.map(|of| of.pattern.split('/').next().expect("a first part"));
             let mut kinds: Vec<&str> = kinds.into_iter().filter(|of| *of != "*").collect();
             kinds.dedup();
             return Err(Error::Usage(format!(
@@ -542,81 +539,5 @@ impl History {
         self.views.tell("report history", &text, &document)?;
         self.results.write(&document, &[(RECORD, &text)])?;
         Ok(document.verdict.exit_code())
-    }
-}
-
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Each commit is checked out in a temporary place, emptied of ignored files before the command runs; a build that is \
-    not to begin anew keeps its files elsewhere (CARGO_TARGET_DIR). A commit where the check cannot be made is skipped.\nExit code 0: the \
-    commit was found; 3: several are left that cannot be told apart.\n\nExample:\n  \
-    crossgrain report bisect verify/tested/bounce-local-damping/pair/alpha-0/restitution --good v1 \\\n    \
-    --record out/verify.json -- crossgrain verify --engine exec:./engine.py --out out"
-)]
-pub struct Bisect {
-    /// Id of a check or a speed, as `report checks --all` prints it
-    id: String,
-    /// A commit where it is right
-    #[arg(long, value_name = "COMMIT")]
-    good: String,
-    /// A later commit, where it is not
-    #[arg(long, value_name = "COMMIT", default_value = "HEAD")]
-    bad: String,
-    #[arg(long, value_name = "DIR", default_value = ".")]
-    repository: PathBuf,
-    /// The record that the command writes, as seen from the top of the checkout
-    #[arg(long, value_name = "FILE")]
-    record: PathBuf,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// What makes the record of a commit
-    #[arg(required = true, last = true)]
-    command: Vec<String>,
-}
-
-impl Bisect {
-    fn execute(self) -> Result<u8, Error> {
-        let of = Bisection {
-            repository: &self.repository,
-            command: &self.command,
-            record: &self.record,
-            id: &self.id,
-        };
-        let word = |as_before: Option<bool>| match as_before {
-            Some(true) => "as before",
-            Some(false) => "changed",
-            None => "cannot be told",
-        };
-        let found = bisect(&of, [&self.good, &self.bad], |tried| {
-            say(&format!(
-                "{:.12} {}: {} ({})",
-                tried.commit,
-                tried.subject,
-                word(tried.as_before),
-                tried.found
-            ));
-        })?;
-        let [first, ..] = &found.commits[..] else {
-            return Err(Error::Report("git named no commit".to_owned()));
-        };
-        let words = || {
-            if found.commits.len() > 1 {
-                let all = found.commits.join(", ");
-                return format!(
-                    "{} changed in one of {all}; it could not be made there\n",
-                    self.id
-                );
-            }
-            let of_first = |of: Repository| of.git(&["log", "-1", "--format=%h %s", first]);
-            let line = Repository::open(&self.repository).and_then(of_first);
-            let line = line.as_ref().unwrap_or(first);
-            format!("{} changed in {line}\n", self.id)
-        };
-        tell(self.json, &json(&found)?, words)?;
-        Ok(match found.commits.len() {
-            1 => exit::AGREED,
-            _ => exit::INCOMPLETE,
-        })
     }
 }

@@ -25,7 +25,7 @@ use crate::workers::cores;
 use grains::generate::initial_bodies;
 use grains::native::pouring::{Softly, pour};
 use grains::native::{self, Perturbation, Threads};
-use grains::scene::{Scene, parse_scene};
+use grains::scene::Scene;
 use grains::tables::{Bodies, StopReason};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -264,8 +264,8 @@ impl Arguments {
         }
         *scene = time_step::with_step(scene, &choice);
         // A step that was chosen may be against another rule of scenes.
-        let text = serde_json::to_string(scene).unwrap_or_default();
-        parse_scene(&text).map_err(|error| bad_scene(&self.scene, &error))?;
+        let checked = scene.check();
+        checked.map_err(|error| bad_scene(&self.scene, &error))?;
         Ok(Some(choice))
     }
 

@@ -225,7 +225,7 @@ fn words(text: &str) -> impl Iterator<Item = Cow<'_, str>> {
     });
     tokens.flat_map(move |token| {
         let path = token.trim_matches(is_quote);
-        let name = path.rsplit('/').next().unwrap_or_default();
+        let name = path.rsplit_once('/').map_or(path, |(_, name)| name);
         let quoted = token.starts_with(is_quote) && token.ends_with(is_quote);
         let bare = (quoted || path.contains('/')).then(|| Cow::Owned(format!("/{name}")));
         let words = token.split(move |of| !is_of_a_word(of)).map(Cow::Borrowed);
@@ -552,15 +552,6 @@ fn write_job(folder: &Path, mut job: Value, settings: &Value) -> Result<()> {
 
 pub fn write_scene(work: &Path, scene: &Scene, task: &Task, settings: &Value) -> Result<()> {
     let loading = &scene.loading;
-    // A punch that stands still goes on doing so; any other has the scene's speed.
-    let punch = task.start.punch.map(|punch| Punch {
-        velocity: if punch.velocity == 0.0 {
-            0.0
-        } else {
-            -loading.speed
-        },
-        ..punch
-    });
     let until_step = match task.until {
         Until::Step(step) => Some(step),
         _ => None,
@@ -583,7 +574,7 @@ pub fn write_scene(work: &Path, scene: &Scene, task: &Task, settings: &Value) ->
             "give_up_depth": loading.give_up_depth,
             "steps_standing_still": scene.steps_standing_still(),
         },
-        "punch": punch.map(told),
+        "punch": task.start.punch_in(scene).map(told),
     });
     write_json(&work.join("scene.json"), scene)?;
     if scene.has_stages() {

@@ -56,8 +56,10 @@ impl Published {
     }
 }
 
-/// The control points of the paper, with their distances from the load's middle, m; 0.11 m below the surface.
-pub const POINTS: [(&str, f64); 3] = [("O", 0.0), ("A", 0.08), ("B", 0.15)];
+/// The control points of the paper, 0.11 m below the surface.
+pub const POINTS: [&str; 3] = ["O", "A", "B"];
+/// Their distances from the load's middle, m.
+pub const OFFSETS: [f64; 3] = [0.0, 0.08, 0.15];
 
 /// The subclasses of Table 1 with their printed names: how many of five piles bear 0, 1, … 5 units.
 pub const TABLE_1: [(&str, [u32; 6]); 7] = [
@@ -252,7 +254,7 @@ pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
             _ => ("section 4.2, Figure 5", "grain_zz", "1", SPREAD),
         };
         let all = POINTS.iter().zip(values);
-        let all = all.map(|((point, _), value)| Published {
+        let all = all.map(|(point, value)| Published {
             id: format!("{id}.{point}"),
             title: format!("{title} at {point}"),
             place,

@@ -11,7 +11,7 @@ use super::continuum::strip_load;
 use super::disc_field::figure_4;
 use super::integrate;
 use super::published::{
-    CONTROL_VOLUME, HEIGHT, POINTS, POROSITY, PRESSURE, Parts, TABLE_1, table_4,
+    CONTROL_VOLUME, HEIGHT, OFFSETS, POINTS, POROSITY, PRESSURE, Parts, TABLE_1, table_4,
 };
 
 /// a, m.
@@ -256,8 +256,11 @@ fn equation_3_as_printed(offset: f64) -> f64 {
 
 /// A control point's row of Table 4 before rounding: two digits of 0.0945 J are 0.09.
 pub fn unrounded(point: &str) -> Option<Parts> {
-    let (_, offset) = POINTS.into_iter().find(|(name, _)| *name == point)?;
-    let (weight, load) = (weight(), strip_load(PRESSURE, HALF_WIDTH, offset, DEPTH));
+    let at = POINTS.iter().position(|name| *name == point)?;
+    let (weight, load) = (
+        weight(),
+        strip_load(PRESSURE, HALF_WIDTH, OFFSETS[at], DEPTH),
+    );
     let stress = weight + load;
     let extensive = stress * CONTROL_VOLUME;
     Some(Parts {
@@ -273,7 +276,7 @@ pub fn of_continuum() -> Vec<Number> {
     let mut numbers = Vec::new();
     let weight = weight();
     let as_printed_is = [-11_252.479, -7_542.719_4, -4_068.340_1];
-    for ((point, offset), known) in POINTS.into_iter().zip(as_printed_is) {
+    for ((point, offset), known) in POINTS.into_iter().zip(OFFSETS).zip(as_printed_is) {
         let load = strip_load(PRESSURE, HALF_WIDTH, offset, DEPTH);
         let both = "weighed discs plus Flamant's integral";
         let of = |column: &str, what: &str, value: f64, how: &str| {
@@ -459,7 +462,8 @@ pub fn of_sums() -> Vec<Number> {
         // The grid knows the chance of ending before a whole step; half a stretch a term is added back.
         let steps = ((count / STEP) - 0.5 * count) as usize;
         let below: f64 = sum[..steps].iter().sum();
-        let erlang = Erlang::new(u64::from(terms), 1.0).map_or(f64::NAN, |law| law.cdf(count));
+        let erlang = Erlang::new(u64::from(terms), 1.0).expect("a law of some terms");
+        let erlang = erlang.cdf(count);
         let what =
             format!("chance that {terms} cells have less than their mean, printed Erlang(N)");
         add("below-mean", what, [erlang, 2e-3, below]);

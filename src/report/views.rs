@@ -6,6 +6,7 @@ use std::fmt::Write;
 use crate::checks::{Check, Outcome, Tally};
 use crate::document::{Cell, Column, Table, harmless};
 use crate::error::Error;
+use crate::tables::csv_line;
 
 /// Letters of a column in a terminal; longer words go on below, but for those of the last column, which nothing stands behind.
 const WIDEST: usize = 60;
@@ -159,9 +160,7 @@ impl Table {
         };
         let line = |cells: Vec<[String; 3]>| {
             let kept = wide.iter().map(|wide| if *wide { 3 } else { 1 });
-            let cells = cells.iter().zip(kept).flat_map(|(of, kept)| &of[..kept]);
-            let cells: Vec<String> = cells.map(|cell| quoted(cell)).collect();
-            cells.join(",") + "\n"
+            csv_line(cells.iter().zip(kept).flat_map(|(of, kept)| &of[..kept]))
         };
         let head = line(self.columns.iter().map(head).collect());
         let rows = self.rows.iter();
@@ -253,14 +252,6 @@ fn with_code(text: &str, plain: fn(&str) -> String, code: fn(&str) -> String) ->
 pub fn words(text: &str) -> String {
     let code = |part: &str| format!("<code>{part}</code>");
     with_code(&linked(text), str::to_owned, code)
-}
-
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
 }
 
 fn no_formula(text: &str) -> String {

@@ -102,10 +102,10 @@ impl Reproduction {
                 }
                 "tradeoff" => {
                     let sorted = self.runs.iter().find(|run| run.folder == "yade-sorted");
-                    let told = match sorted {
+                    let told = match sorted.and_then(|run| run.times_native) {
                         None => halves(answer),
-                        Some(run) => (
-                            format!("{:.0} times", run.times_native.unwrap_or(f64::NAN)),
+                        Some(times) => (
+                            format!("{times:.0} times"),
                             format!(
                                 "the time of a native step is what a step of YADE's sorted loop took here. The trade-off{recorded}: {answer}"
                             ),
@@ -331,7 +331,8 @@ fn today() -> String {
 
 /// The record of another job, with where it comes from.
 fn with_origin((stated, document): &(Stated, Document)) -> (&'static str, Document) {
-    let digest = stated.scene_digest.get(..12).unwrap_or_default();
+    let whole = &*stated.scene_digest;
+    let digest = whole.get(..12).unwrap_or(whole);
     let origin = match stated.recorded {
         true => "Recorded, and not run again here; `reference_data/README.md` says how".to_owned(),
         false => format!("From a job of yours, `{}`", stated.command),
@@ -376,13 +377,11 @@ fn split(answer: &str, at: &str) -> (String, String) {
 }
 
 fn choices(run: &RunFolder) -> Section {
-    let scene = serde_json::to_value(&run.scene).unwrap_or_default();
+    let scene = run.scene.json();
     let chosen = |key: &str| scene.pointer(key).map(ToString::to_string);
     let table = Table::of("choices", "", &run.scene.choices)
         .column("key of the scene", |(key, _)| Cell::Code(key.clone()))
-        .column("chosen", |(key, _)| {
-            Cell::Code(chosen(key).unwrap_or_default())
-        })
+        .column("chosen", |(key, _)| chosen(key).map(Cell::Code))
         .column("why", |(_, reason)| reason);
     Section::new("What the paper leaves open, and what was chosen", "").with(table)
 }

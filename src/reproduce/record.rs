@@ -438,10 +438,11 @@ impl Kind {
             )));
         }
         let command = head.command.or(head.origin.map(|origin| origin.command));
+        let command = command.ok_or_else(|| bad("it does not say its command".to_owned()))?;
         let document = (self.document)(text).map_err(|error| bad(error.to_string()))?;
         let stated = Stated {
             job: self.job,
-            command: command.unwrap_or_default(),
+            command,
             crossgrain: head.crossgrain,
             scene_digest: head.scene_digest,
             recorded,

@@ -53,7 +53,7 @@ pub fn pack_archive(
         members.push((file, bytes, digest));
     }
     let about = description(run, name, parts);
-    let about = serde_json::to_string_pretty(&about).unwrap_or_default() + "\n";
+    let about = serde_json::to_string_pretty(&about).expect("it is JSON") + "\n";
     let (bytes, digest) = (about.len() as u64, sha256_hex(about.as_bytes()));
     members.push((ABOUT.to_owned(), bytes, digest));
     members.sort();

@@ -258,6 +258,9 @@ impl RunFolder {
             ensure(same, &format!("{prefix}bodies.csv {why}"))?;
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
             let contacts = text::read_contacts((path, &contacts), BodyIds::of_box(count))?;
+            let of_grains = contacts.iter().all(|of| of.id2 < count);
+            let why = "has a contact whose second body is no grain";
+            ensure(of_grains, &format!("{prefix}contacts.csv {why}"))?;
             let memory = packed(path, &format!("{prefix}memory.csv"));
             let memory = match Place::from((path, &memory)).is_taken() {
                 true => text::read_memory((path, &memory), &contacts)?,
@@ -562,8 +565,8 @@ pub fn is_recorded(folder: &Path) -> bool {
 /// `settle 42000 steps (settled), load 6435 steps (reached)`.
 pub fn stages_in_words(stages: &[StageReport]) -> String {
     let of = |stage: &StageReport| {
-        let stop = serde_json::to_value(stage.stop).unwrap_or_default();
-        let stop = stop.as_str().unwrap_or_default().replace('_', " ");
+        let stop = serde_json::to_value(stage.stop).expect("a word is JSON");
+        let stop = stop.as_str().expect("a word").replace('_', " ");
         format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
     };
     let stages: Vec<String> = stages.iter().map(of).collect();

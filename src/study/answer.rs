@@ -46,7 +46,7 @@ fn listed(of: &[String]) -> String {
 
 /// Means over the continuum's at O, A and B.
 fn means(claims: &[Claim], begins: &str) -> Option<String> {
-    let of = |(point, _)| row(claims, &format!("mean.{point}"), begins)?.ratio;
+    let of = |point| row(claims, &format!("mean.{point}"), begins)?.ratio;
     let all: Option<Vec<Interval>> = POINTS.into_iter().map(of).collect();
     Some(listed(
         &all?.into_iter().map(|of| told(of, 2)).collect::<Vec<_>>(),
@@ -92,14 +92,14 @@ fn at_the_best(claims: &[Claim], search: &Search) -> Option<String> {
     } else {
         ""
     };
-    let local = |(point, _)| row(claims, &format!("mean.{point}"), "local mean")?.judged;
+    let local = |point| row(claims, &format!("mean.{point}"), "local mean")?.judged;
     let local = POINTS.map(|of| local(of).map(|of| of.outcome));
     let near = match local.iter().all(|of| *of == Some(Outcome::Pass)) {
         true => "has local means within a tenth of the continuum's",
         false => "is not shown to have local means within a tenth of the continuum's",
     };
     let mut shapes = Vec::new();
-    for (point, _) in POINTS {
+    for point in POINTS {
         let id = format!("exponential.{point}");
         if claim(claims, &id)?.verdict == Some(Verdict::DoesNotHold) {
             let shape = row(claims, &id, "Σ_zz of grains that bear load: gamma")?.ours?;

@@ -17,7 +17,7 @@ use crate::study::{Judged, Outline, Study, StudyError};
 use grains::measure::neighbourhood::Neighbourhood;
 use grains::measure::{self, cells, neighbourhood, stress};
 use grains::native::pouring::Phase;
-use grains::scene::{Scene, parse_scene};
+use grains::scene::Scene;
 use grains::tables::Snapshot;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -88,8 +88,7 @@ impl Study for Campaign {
             return Err(format!("seed {seed} leaves no room for {members} members"));
         }
         // What a scene must fulfil is checked where scenes are read.
-        let scene = serde_json::to_string(&self.scene).unwrap_or_default();
-        parse_scene(&scene).map_err(|error| error.to_string())?;
+        self.scene.check().map_err(|error| error.to_string())?;
         if self.scene.digest() != self.scene_digest {
             return Err("the scene is not the one that was planned".to_owned());
         }
@@ -102,7 +101,7 @@ impl Study for Campaign {
 
     fn identity(&self, task: u64) -> String {
         // The seed in the scene is that of member 1.
-        let phases = serde_json::to_string(&self.phases).unwrap_or_default();
+        let phases = serde_json::to_string(&self.phases).expect("phases are JSON");
         let mut scene = self.scene.clone();
         scene.realization = self.realization(task);
         format!("{task} {} {phases} {}", self.runner.name(), scene.digest())

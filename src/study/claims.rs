@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 
 use crate::checks::Outcome;
+use crate::paper::published::POINTS;
 use crate::study::campaign::Member;
 pub use crate::study::claims::cells::{Volume, Volumes, continuum};
 pub use crate::study::claims::document::{Cloud, Figures};
@@ -99,7 +100,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     .into_iter()
     .flatten()
     .collect();
-    claims.extend(means::POINTS.map(|point| shapes::at_point(members, point)));
+    claims.extend(POINTS.map(|point| shapes::at_point(members, point)));
     claims.extend(means::with_theorys_rate(members));
     claims.extend([
         shapes::horizontal(members),
@@ -200,8 +201,7 @@ const NOT_COMPARED: [&str; 4] = [
 
 /// Of the scene's JSON, by their paths.
 fn leaves(scene: &Scene) -> BTreeMap<String, String> {
-    let whole = serde_json::to_value(scene).unwrap_or_default();
-    let (mut leaves, mut open) = (BTreeMap::new(), vec![(String::new(), whole)]);
+    let (mut leaves, mut open) = (BTreeMap::new(), vec![(String::new(), scene.json())]);
     while let Some((path, value)) = open.pop() {
         let below = |key: &dyn Display| format!("{path}/{key}");
         match value {

@@ -21,6 +21,7 @@ use crate::study::realization::Engines;
 use crate::study::shard::Shard;
 use crate::study::store::{Index, LONGEST_LINE, Place, Reader, Writer};
 use crate::study::{Judged, Outline, Report, Study, StudyError};
+use crate::tables::csv_line;
 use crate::workers::{self, asked_to_end, lock};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -85,7 +86,7 @@ pub struct Summary {
 impl Summary {
     /// As it is on the disk.
     pub fn text(&self) -> String {
-        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+        serde_json::to_string_pretty(self).expect("a summary is JSON") + "\n"
     }
 }
 
@@ -426,7 +427,7 @@ impl<S: Study> Machine for Folder<S> {
     fn status(&self) -> Result<Status, StudyError> {
         let index = self.index()?;
         let name = |path: &Path| {
-            let name = path.file_name().unwrap_or_default();
+            let name = path.file_name().expect("a listed file has a name");
             name.to_string_lossy().into_owned()
         };
         let files = index.files.iter().zip(&index.rows);
@@ -479,18 +480,18 @@ impl<S: Study> Machine for Folder<S> {
         }
         let (mut outlines, mut hash) = (Outlines::default(), Sha256::new());
         let (mut rows, mut table) = (self.lines(ROWS)?, self.lines(TABLE)?);
-        table.row(columns.iter().map(String::as_str))?;
+        table.write(&csv_line(&columns))?;
         for (number, place) in &index.places {
             let (json, outline) = outline(&mut reader, *number, place)?;
             outlines.count(&outline);
-            hash.update(json.as_bytes());
-            hash.update(b"\n");
-            rows.line(&json)?;
+            let line = json + "\n";
+            hash.update(&line);
+            rows.write(&line)?;
             let mut cells = vec![String::new(); columns.len()];
             for (column, value) in outline.cells {
                 cells[places[&column]] = value;
             }
-            table.row(cells.iter().map(String::as_str))?;
+            table.write(&csv_line(&cells))?;
         }
         let summary = self.summary(outlines, hash)?;
         rows.0.into_place()?;
@@ -617,16 +618,8 @@ fn hex(hash: Sha256) -> String {
 struct Lines(Aside, PathBuf);
 
 impl Lines {
-    fn line(&mut self, text: &str) -> Result<(), FileError> {
-        writeln!(self.0, "{text}").map_err(failed("write", &self.1))
-    }
-
-    /// As a line of CSV: control points may have any names.
-    fn row<'a>(&mut self, cells: impl Iterator<Item = &'a str>) -> Result<(), FileError> {
-        let quoted = cells.map(|cell| match cell.contains([',', '"', '\n', '\r']) {
-            true => format!("\"{}\"", cell.replace('"', "\"\"")),
-            false => cell.to_owned(),
-        });
-        self.line(&quoted.collect::<Vec<String>>().join(","))
+    fn write(&mut self, text: &str) -> Result<(), FileError> {
+        let written = self.0.write_all(text.as_bytes());
+        written.map_err(failed("write", &self.1))
     }
 }

@@ -104,13 +104,14 @@ impl<S: Study> Plan<S> {
 
     /// SHA-256 of the whole plan, in hexadecimal; the check of every row covers it.
     pub fn digest(&self) -> String {
-        sha256_hex(serde_json::to_string(self).unwrap_or_default().as_bytes())
+        let text = serde_json::to_string(self).expect("a plan is JSON");
+        sha256_hex(text.as_bytes())
     }
 
     /// As it is on the disk: the plan with its digest at the end, so that a plan that was edited is noticed before
     /// anything is run.
     pub fn text(&self) -> String {
-        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        let text = serde_json::to_string_pretty(self).expect("a plan is JSON");
         let body = text.strip_suffix("\n}").unwrap_or(&text);
         format!("{body}{SEAL}{}\"\n}}\n", self.digest())
     }

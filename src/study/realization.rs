@@ -16,7 +16,6 @@ use grains::native::pouring::{Phase, Softly};
 use grains::native::{NativeError, Trouble};
 use grains::scene::{
     AfterForce, Cell, Cloud, Damping, Scene, Shape, Tension, TimeStep, Viscosity, paper_scene,
-    parse_scene,
 };
 
 use grains::tables::{Snapshot, Stage, StopReason};
@@ -389,7 +388,7 @@ impl Specification {
             scene: self.scene_of(0),
             ..self.clone()
         };
-        let text = serde_json::to_string(&of).unwrap_or_default();
+        let text = serde_json::to_string(&of).expect("a specification is JSON");
         sha256_hex(text.as_bytes())[..16].to_owned()
     }
 
@@ -453,8 +452,8 @@ impl Setting {
 pub fn sound<'a>(settings: impl IntoIterator<Item = &'a Setting>) -> Result<(), String> {
     for of in settings {
         let (id, clouds) = (&of.id, &of.clouds);
-        let scene = serde_json::to_string(&of.specification.scene).unwrap_or_default();
-        parse_scene(&scene).map_err(|error| format!("{id}: {error}"))?;
+        let checked = of.specification.scene.check();
+        checked.map_err(|error| format!("{id}: {error}"))?;
         let ends = |[first, last]: &[u64; 2]| first <= last && last - first < MOST_CLOUDS;
         if clouds.is_empty() || !clouds.iter().all(ends) {
             return Err(format!("{id} has clouds {clouds:?}"));

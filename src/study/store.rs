@@ -181,7 +181,8 @@ impl Index {
     }
 
     fn open(&self, file: usize) -> Result<File, FileError> {
-        let name = self.files[file].file_name().unwrap_or_default();
+        let name = self.files[file].file_name();
+        let name = name.expect("a listed file has a name");
         let name = format!("{RECORDS}/{}", name.to_string_lossy());
         regular((&self.folder, &name))
     }

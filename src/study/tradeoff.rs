@@ -314,7 +314,7 @@ fn null_comparison(plan: &Plan, reference: &Setting, members: &Members) -> Judge
 fn costs(members: &[&Member]) -> Option<Costs> {
     let of = |figure: fn(&Member, Cost) -> f64| -> Vec<f64> {
         let all = members.iter();
-        all.map(|member| figure(member, member.cost.unwrap_or_default()))
+        all.filter_map(|member| Some(figure(member, member.cost?)))
             .collect()
     };
     let seconds = of(|_, cost| cost.cpu_seconds);

@@ -251,6 +251,7 @@ pub fn limits(
     let on_record = |group: &&CaseGroup| group.id == cross_code::RECORDED;
     let sound = suite.groups.iter().find(on_record);
     let sound = sound.and_then(|group| native_tracks(&group.cases, &CaseOptions::default()).ok());
+    // Without its states no fault is found by them, and the table says so.
     let sound = sound.as_deref().unwrap_or_default();
     let groups = suite.groups.iter().map(|group| Subject {
         id: group.id,

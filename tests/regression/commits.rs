@@ -1,4 +1,4 @@
-//! Records of the commits of a repository: the history of a check, and the commit that moved it.
+//! Records of the commits of a repository: the history of a check, and the commit that made it worse.
 
 use crate::support::*;
 
@@ -19,7 +19,7 @@ fn record(value: f64, speed: f64) -> String {
 /// A repository whose commits have these values in a file of their own; none stands for a commit that cannot be built.
 fn repository(folder: &Path, values: &[Option<[f64; 2]>]) -> Vec<String> {
     git(folder, &["init", "-q"]);
-    let script = "mkdir out; grep -v broken made.json > out/record.json || rm out/record.json\n";
+    let script = "mkdir out; grep -v broken made.json > out/verify.json || rm out/verify.json\n";
     fs::write(folder.join("make.sh"), script).expect("written");
     let commits = values.iter().enumerate().map(|(index, of)| {
         let text = of.map_or("broken".to_owned(), |[value, speed]| record(value, speed));
@@ -32,49 +32,55 @@ fn repository(folder: &Path, values: &[Option<[f64; 2]>]) -> Vec<String> {
     commits.collect()
 }
 
-/// What is looked for between which commits, how that ends, and what is said.
-const BISECTED: &str = "
-    fall/height ⇒ 0 ⇒ 3 ⇒ 0 ⇒ fall/height changed in {2} change 2
-    fall/height ⇒ 5 ⇒ 8 ⇒ 3 ⇒ fall/height changed in one of
-    pace ⇒ 0 ⇒ 5 ⇒ 0 ⇒ pace changed in {4} change 4
-    fall/height ⇒ 2 ⇒ 3 ⇒ 2 ⇒ give two commits between which it changed
-    fall/depth ⇒ 0 ⇒ 8 ⇒ 2 ⇒ which is to be good: there is no check fall/depth in its record
-    fall/height ⇒ 6 ⇒ 8 ⇒ 2 ⇒ no record; the command ended with
-";
-
+/// The recipe of the docs, word for word but for the two commits. `verify` makes the record that the commit has.
 #[test]
-fn the_commit_that_moved_a_check_or_a_speed_is_found() {
+fn the_recipe_finds_the_commit_that_made_something_worse() {
     let folder = &new_folder();
-    let sound = Some([1.0, 10.0]);
-    let moved = Some([1.5, 10.0]);
-    let slow = Some([1.5, 12.0]);
-    let failing = Some([2.5, 12.0]);
-    let then = [slow, slow, None, failing, failing];
-    let commits = repository(folder, &[&[sound, sound, moved, moved][..], &then].concat());
-    let bisect = |id: &str, good: usize, bad: usize| {
-        let between = format!("--good {} --bad {}", commits[good], commits[bad]);
-        format!("report bisect {id} {between} --record out/record.json -- sh make.sh")
+    let (sound, moved, slow, failing) = ([1.0, 10.0], [1.5, 10.0], [1.5, 12.0], [2.5, 12.0]);
+    let mut values = [
+        sound, sound, moved, moved, slow, slow, slow, failing, failing,
+    ]
+    .map(Some);
+    values[6] = None;
+    let commits = repository(folder, &values);
+    let page = text_of(root("docs/checks.md"));
+    let begins = page.find("git bisect start BAD GOOD").expect("a recipe");
+    let (recipe, _) = page[begins..].split_once("```").expect("its end");
+    let bin = &new_folder();
+    let text = format!(
+        "#!/bin/sh\n[ $1 = verify ] || exec {0} \"$@\"\n{0} \"$@\" --help >/dev/null && exec sh make.sh\n",
+        env!("CARGO_BIN_EXE_crossgrain")
+    );
+    program(bin, "crossgrain", &text);
+    let found = |good: usize, bad: usize| {
+        let [value, speed] = values[good].expect("a sound commit");
+        fs::write(folder.join("kept.json"), record(value, speed)).expect("written");
+        let save = "report baseline save kept.json a --store history --replace";
+        ends(folder, 0, save);
+        let recipe = recipe.replace("BAD", &commits[bad]);
+        let recipe = recipe.replace("GOOD", &commits[good]);
+        let path = format!("export LC_ALL=C PATH={}:$PATH", bin.display());
+        let (_, said, errors) = bash(folder, &format!("{path}\n{recipe}"), &[]);
+        let head = git(folder, &["rev-parse", "HEAD"]);
+        assert_eq!(head, commits[8], "{said}{errors}");
+        said
     };
-    for [id, good, bad, code, words] in rows(BISECTED) {
-        let [good, bad, code] = [good, bad, code].map(|of| of.parse::<usize>().expect("a number"));
-        let short = |of: usize| &commits[of][..7];
-        let words = words.replace("{2}", short(2)).replace("{4}", short(4));
-        tells(folder, code as i32, &bisect(id, good, bad), [&words]);
-    }
-    // By the outcome that changed, though the value had moved before.
-    let (found, tried) = ends(folder, 3, &bisect("fall/height", 0, 8));
-    has(&found, [&commits[6], &commits[7]]);
-    let words = "change 4: as before (pass: height: 1.5 m, must be 0 to 2)";
-    has(&tried, [words]);
-    assert!(!found.contains(&commits[2]), "{found}");
-    let elsewhere = bisect("pace", 0, 5).replace("sh make.sh", "no-such-program");
-    let words = "no-such-program could not be started";
-    tells(folder, 2, &elsewhere, [words]);
-    let unknown = bisect("pace", 0, 5).replace(&commits[0], "nowhere");
-    tells(folder, 2, &unknown, ["git rev-parse"]);
-    // The user's own tree is as it was.
-    assert_eq!(git(folder, &["status", "--porcelain"]), "");
-    assert_eq!(git(folder, &["worktree", "list"]).lines().count(), 1);
+    // A value that moves within its limits is no worse.
+    has(
+        &found(0, 5),
+        [&format!("{} is the first bad commit", commits[4])],
+    );
+    // A commit without a record is skipped.
+    let found = found(5, 8);
+    has(
+        &found,
+        [
+            "There are only 'skip'ped commits left",
+            &commits[6],
+            &commits[7],
+        ],
+    );
+    assert!(!found.contains(&commits[8]), "{found}");
 }
 
 #[test]
@@ -213,11 +219,6 @@ fn a_repository_of_others_starts_no_program_and_is_not_written_into() {
         let history = format!("report history --store kept --repository {repository}");
         tells(place, 1, &history, ["change 1"]);
     }
-    let (good, bad) = (&commits[0], &commits[1]);
-    let bisect = format!(
-        "report bisect fall/height --good {good} --bad {bad} --repository engine --record out/record.json -- sh make.sh"
-    );
-    tells(place, 0, &bisect, ["fall/height changed in"]);
     assert!(!ran.exists(), "{}", text_of(&ran));
     assert!(state() == before);
     tells(

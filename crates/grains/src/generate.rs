@@ -70,7 +70,7 @@ pub fn can_turn(scene: &Scene, bodies: &mut Bodies) {
 }
 
 /// Uniform in [−1, 1): 53 random bits, scaled exactly.
-pub(crate) fn symmetric(random: &mut ChaCha8Rng) -> f64 {
+pub fn symmetric(random: &mut ChaCha8Rng) -> f64 {
     let bits = random.next_u64() >> 11;
     bits as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
 }

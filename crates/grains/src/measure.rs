@@ -248,7 +248,7 @@ pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
     let (dashpots, friction) = (law.has_dashpots(), law.has_friction());
     let radius = |id: u32| bed.bodies.radius.get(id as usize).copied();
     let stored = |contact: &Contact| {
-        let grain = radius(contact.id2).unwrap_or_default();
+        let grain = bed.bodies.radius[contact.id2 as usize];
         // A flat body counts as a grain of the same radius.
         let other = radius(contact.id1).unwrap_or(grain);
         let stiffness = law.normal_stiffness(other, grain);

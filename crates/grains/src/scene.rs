@@ -406,7 +406,7 @@ impl Scene {
             ..self.clone()
         };
         let Cloud::JitteredLattice { spin, .. } = self.cloud;
-        let mut value = serde_json::to_value(&physics).unwrap_or_default();
+        let mut value = physics.json();
         let mut forget = |place: &str, key: &str| {
             let object = value.pointer_mut(place).and_then(|at| at.as_object_mut());
             object.and_then(|object| object.shift_remove(key));

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
+use crate::scene::Scene;
 use crate::tables::{Bodies, Punch, Remembered, Snapshot, Stage, StopReason};
 
 /// From where to where an engine runs.
@@ -53,6 +54,14 @@ impl Start {
     /// The stage whose constants its contacts have.
     pub fn constants(&self) -> Stage {
         self.stage.of_constants(self.step)
+    }
+
+    /// The punch as the scene moves it: one that stands still goes on doing so, any other has the scene's speed.
+    pub fn punch_in(&self, scene: &Scene) -> Option<Punch> {
+        let mut punch = self.punch?;
+        let is_still = punch.velocity == 0.0;
+        punch.velocity = if is_still { 0.0 } else { -scene.loading.speed };
+        Some(punch)
     }
 }
 

@@ -330,10 +330,10 @@ fn numbers(before: &[Measured], after: &[Measured]) -> (Vec<MovedNumber>, usize)
     let pairs = paired(before, after, |of| &of.id).into_iter();
     let pairs = pairs.map(|(id, [before, after])| {
         let both = before.zip(after);
-        let unit = after.or(before).map(|of| of.unit.clone());
+        let one = after.or(before).expect("one of a pair is there");
         MovedNumber {
             id: id.to_owned(),
-            unit: unit.unwrap_or_default(),
+            unit: one.unit.clone(),
             before: before.map(|of| of.value),
             after: after.map(|of| of.value),
             relative: both.map(|(a, b)| relative(a.value, b.value)),

@@ -1,5 +1,5 @@
-//! What changed over time: which check or speed became another in records that were kept, and the commit that moved one, by
-//! git's bisection over a command that writes a record.
+//! What changed over time: which check or speed became another in records that were kept, and the repository that has the
+//! order of their commits.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,11 +10,8 @@ use thiserror::Error;
 
 use super::Baseline;
 use super::diff::{Changed, Pace, diff, pair};
-use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome, Speed};
-use crate::child::Group;
 use crate::files::{FileError, Place, TempDir, failed, link, read_text, work_folder, write_whole};
-use crate::workers::asked_to_end;
 
 /// Records of one job in the order of time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -200,7 +197,7 @@ fn of_checks(records: &[Baseline], changes: &[(usize, Changed)]) -> Vec<Series> 
         });
         Series {
             name: id.to_owned(),
-            unit: unit.unwrap_or_default(),
+            unit: unit.expect("a check that changed is in a record"),
             is_speed: false,
             values: value.collect(),
             changed,
@@ -209,236 +206,13 @@ fn of_checks(records: &[Baseline], changes: &[(usize, Changed)]) -> Vec<Series> 
     of.collect()
 }
 
+/// A repository that cannot be read.
 #[derive(Debug, Error)]
-pub enum BisectError {
+pub enum RepositoryError {
     #[error(transparent)]
     File(#[from] FileError),
     #[error("git {words}: {said}")]
     Git { words: String, said: String },
-    #[error("{command} could not be started at {commit}: {reason}")]
-    NotStarted {
-        command: String,
-        commit: String,
-        reason: String,
-    },
-    #[error("at {commit}, which is to be {which}: {reason}")]
-    End {
-        commit: String,
-        which: &'static str,
-        reason: String,
-    },
-    #[error("{id} is at {bad} as it is at {good}; give two commits between which it changed")]
-    Same {
-        id: String,
-        good: String,
-        bad: String,
-    },
-    #[error("asked to end")]
-    Interrupted,
-}
-
-/// What is run at each commit, and what is looked at.
-#[derive(Debug)]
-pub struct Bisection<'a> {
-    pub repository: &'a Path,
-    /// The program and its arguments, run in a checkout of the commit.
-    pub command: &'a [String],
-    /// The record that it writes, from the top of the checkout.
-    pub record: &'a Path,
-    /// A check or a speed.
-    pub id: &'a str,
-}
-
-/// A commit that was looked at.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Tried {
-    pub commit: String,
-    pub subject: String,
-    /// None where it cannot be told.
-    pub as_before: Option<bool>,
-    pub found: String,
-}
-
-/// Commits, the first of which or one of which changed it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Bisected {
-    pub id: String,
-    /// More than one where those between them cannot be told.
-    pub commits: Vec<String>,
-    pub tried: Vec<Tried>,
-}
-
-/// What a record has of an id.
-#[derive(Debug, Clone)]
-enum State {
-    Check(Check),
-    Speed(Speed),
-}
-
-impl State {
-    fn of(record: &Record, id: &str) -> Option<Self> {
-        let check = record.checks.iter().find(|of| of.id == id);
-        let check = check.filter(|of| of.outcome != Outcome::Skipped);
-        let speed = record.speeds.iter().find(|of| of.id == id);
-        let speed = || speed.cloned().map(State::Speed);
-        check.cloned().map(State::Check).or_else(speed)
-    }
-
-    fn words(&self) -> String {
-        match self {
-            State::Check(check) => format!("{}: {}", check.outcome.word(), check.in_a_line()),
-            State::Speed(speed) => format!("{} {}", speed.value, speed.unit),
-        }
-    }
-
-    /// Whether it is as it was; by the outcome where that is what changed to `after`, else by every bit, and speeds beyond
-    /// their scatter.
-    fn is_as(&self, before: &State, after: Option<&State>) -> Option<bool> {
-        match (before, self) {
-            (State::Check(before), State::Check(now)) => {
-                let by_outcome = match after {
-                    Some(State::Check(after)) => after.outcome != before.outcome,
-                    _ => false,
-                };
-                let bits = |of: &Check| (of.outcome, of.value.map(f64::to_bits));
-                Some(match by_outcome {
-                    true => now.outcome == before.outcome,
-                    false => bits(now) == bits(before),
-                })
-            }
-            (State::Speed(before), State::Speed(now)) => {
-                let pace = held(before, now).0;
-                (pace != Pace::NotJudged).then_some(pace == Pace::Same)
-            }
-            _ => None,
-        }
-    }
-}
-
-/// Finds the commit between a good one and a bad one.
-///
-/// # Errors
-/// Git's own, a command that cannot be started, and ends of the history that do not differ.
-pub fn bisect(
-    of: &Bisection,
-    [good, bad]: [&str; 2],
-    mut told: impl FnMut(&Tried),
-) -> Result<Bisected, BisectError> {
-    let repository = Repository::open(of.repository)?;
-    let commit = |name: &str| {
-        let name = format!("{name}^{{commit}}");
-        repository.git(&["rev-parse", "--verify", &name])
-    };
-    let [good, bad] = &[commit(good)?, commit(bad)?];
-    let checkout = Checkout::new(&repository, bad)?;
-    let git_there = |words: &[&str]| git(&checkout.folder, words);
-    let mut tried = Vec::new();
-    let at_end = |commit: &str, which| {
-        git_there(&["checkout", "--quiet", "--detach", commit])?;
-        let state = of.state(&checkout.folder)?;
-        state.map_err(|reason| BisectError::End {
-            commit: commit.to_owned(),
-            which,
-            reason,
-        })
-    };
-    let before = at_end(good, "good")?;
-    let after = at_end(bad, "bad")?;
-    if after.is_as(&before, Some(&after)) != Some(false) {
-        return Err(BisectError::Same {
-            id: of.id.to_owned(),
-            good: good.clone(),
-            bad: bad.clone(),
-        });
-    }
-    let mut said = git_there(&["bisect", "start", bad, good])?;
-    let commits = loop {
-        if let Some(commits) = end(&said) {
-            break commits;
-        }
-        let commit = git_there(&["rev-parse", "HEAD"])?;
-        let (as_before, found) = match of.state(&checkout.folder)? {
-            Ok(state) => (state.is_as(&before, Some(&after)), state.words()),
-            Err(reason) => (None, reason),
-        };
-        let here = Tried {
-            subject: git_there(&["log", "-1", "--format=%s"])?,
-            commit,
-            as_before,
-            found,
-        };
-        told(&here);
-        tried.push(here);
-        let word = match as_before {
-            Some(true) => "good",
-            Some(false) => "bad",
-            None => "skip",
-        };
-        git_there(&["reset", "--quiet", "--hard"])?;
-        // Git's skip ends with 2 where nothing else is left.
-        said = git_ended(&checkout.folder, &["bisect", word], &[0, 2])?;
-    };
-    Ok(Bisected {
-        id: of.id.to_owned(),
-        commits,
-        tried,
-    })
-}
-
-/// The commits that git's words name at the end.
-fn end(said: &str) -> Option<Vec<String>> {
-    let first = said
-        .lines()
-        .find(|line| line.ends_with(" is the first bad commit"));
-    if let Some(line) = first {
-        return Some(line.split(' ').take(1).map(str::to_owned).collect());
-    }
-    let mut lines = said.lines();
-    lines.find(|line| line.starts_with("There are only 'skip'ped commits left"))?;
-    let is_commit = |line: &&str| line.len() >= 40 && line.bytes().all(|of| of.is_ascii_hexdigit());
-    Some(lines.filter(is_commit).map(str::to_owned).collect())
-}
-
-impl Bisection<'_> {
-    /// What the record of a fresh checkout has, or why it has nothing.
-    fn state(&self, checkout: &Path) -> Result<Result<State, String>, BisectError> {
-        // A record of another commit must not be read, nor a job of another commit be taken up.
-        git(checkout, &["clean", "-ffdxq"])?;
-        let (program, arguments) = self.command.split_first().unzip();
-        let mut command = Command::new(program.map_or("", String::as_str));
-        command
-            .args(arguments.unwrap_or_default())
-            .current_dir(checkout);
-        // The result alone goes to the output.
-        command.stdout(std::io::stderr());
-        let not_started = |error: std::io::Error| match git(checkout, &["rev-parse", "HEAD"]) {
-            Ok(commit) => BisectError::NotStarted {
-                command: self.command.join(" "),
-                commit,
-                reason: error.to_string(),
-            },
-            Err(of_git) => of_git,
-        };
-        let mut child = Group::spawn(&mut command).map_err(not_started)?;
-        let status = loop {
-            if asked_to_end() {
-                return Err(BisectError::Interrupted);
-            }
-            match child.status().map_err(not_started)? {
-                Some(status) => break status,
-                None => std::thread::sleep(std::time::Duration::from_millis(20)),
-            }
-        };
-        let of = match read(&checkout.join(self.record)) {
-            Ok(record) => State::of(&record, self.id),
-            Err(FileError::Unfit(why)) => {
-                let here = format!("{}/", checkout.display());
-                return Ok(Err(why.replace(&here, "")));
-            }
-            Err(_) => return Ok(Err(format!("no record; the command ended with {status}"))),
-        };
-        Ok(of.ok_or_else(|| format!("there is no check {} in its record; `crossgrain report checks RECORD --all` names the checks", self.id)))
-    }
 }
 
 /// A repository of others, seen through a git folder of one's own: its commits and names are its own, and nothing of its
@@ -456,7 +230,7 @@ impl Repository {
     ///
     /// # Errors
     /// There is none, or it cannot be read.
-    pub fn open(folder: &Path) -> Result<Self, BisectError> {
+    pub fn open(folder: &Path) -> Result<Self, RepositoryError> {
         let start = std::path::absolute(folder).map_err(failed("find", folder))?;
         let own = start.ancestors().find_map(git_folder);
         let own = own.ok_or_else(|| {
@@ -488,8 +262,36 @@ impl Repository {
     ///
     /// # Errors
     /// Git's own.
-    pub fn git(&self, words: &[&str]) -> Result<String, BisectError> {
-        git(self.around.path(), words)
+    pub fn git(&self, words: &[&str]) -> Result<String, RepositoryError> {
+        let complaint = |said: &str| RepositoryError::Git {
+            words: words.join(" "),
+            said: said.trim().to_owned(),
+        };
+        let mut git = Command::new("git");
+        git.arg("-C").arg(self.around.path()).args(words);
+        // The user's own settings are not meant for it either.
+        for (name, _) in std::env::vars_os() {
+            if name.to_string_lossy().starts_with("GIT_") && name != "GIT_EXEC_PATH" {
+                git.env_remove(name);
+            }
+        }
+        // It asks nobody and fetches nothing.
+        git.envs([
+            ("LC_ALL", "C"),
+            ("GIT_CONFIG_NOSYSTEM", "1"),
+            ("GIT_CONFIG_GLOBAL", "/dev/null"),
+            ("GIT_ATTR_NOSYSTEM", "1"),
+            ("GIT_NO_LAZY_FETCH", "1"),
+            ("GIT_TERMINAL_PROMPT", "0"),
+        ]);
+        git.stdin(Stdio::null());
+        let done = git
+            .output()
+            .map_err(|error| complaint(&error.to_string()))?;
+        if !done.status.success() {
+            return Err(complaint(&String::from_utf8_lossy(&done.stderr)));
+        }
+        Ok(String::from_utf8_lossy(&done.stdout).trim().to_owned())
     }
 }
 
@@ -504,62 +306,6 @@ fn git_folder(folder: &Path) -> Option<PathBuf> {
     }
     let has = |name: &str| Place::from((folder, name)).is_taken();
     (has("HEAD") && has("objects") && has("refs")).then(|| folder.to_owned())
-}
-
-/// A working tree of its own, so that the user's stays as it is.
-struct Checkout {
-    folder: PathBuf,
-    _around: TempDir,
-}
-
-impl Checkout {
-    fn new(repository: &Repository, commit: &str) -> Result<Self, BisectError> {
-        let around = work_folder()?;
-        let folder = around.path().join("checkout");
-        let path = folder.to_string_lossy();
-        repository.git(&["worktree", "add", "--quiet", "--detach", &path, commit])?;
-        Ok(Checkout {
-            folder,
-            _around: around,
-        })
-    }
-}
-
-fn git(folder: &Path, words: &[&str]) -> Result<String, BisectError> {
-    git_ended(folder, words, &[0])
-}
-
-fn git_ended(folder: &Path, words: &[&str], fine: &[i32]) -> Result<String, BisectError> {
-    let complaint = |said: &str| BisectError::Git {
-        words: words.join(" "),
-        said: said.trim().to_owned(),
-    };
-    let mut git = Command::new("git");
-    git.arg("-C").arg(folder).args(words);
-    // The user's own settings are not meant for it either.
-    for (name, _) in std::env::vars_os() {
-        if name.to_string_lossy().starts_with("GIT_") && name != "GIT_EXEC_PATH" {
-            git.env_remove(name);
-        }
-    }
-    // Its words are read, and it asks nobody and fetches nothing.
-    git.envs([
-        ("LC_ALL", "C"),
-        ("GIT_CONFIG_NOSYSTEM", "1"),
-        ("GIT_CONFIG_GLOBAL", "/dev/null"),
-        ("GIT_ATTR_NOSYSTEM", "1"),
-        ("GIT_NO_LAZY_FETCH", "1"),
-        ("GIT_TERMINAL_PROMPT", "0"),
-    ]);
-    git.stdin(Stdio::null());
-    let done = git
-        .output()
-        .map_err(|error| complaint(&error.to_string()))?;
-    let said = String::from_utf8_lossy(&done.stdout).trim().to_owned();
-    match done.status.code() {
-        Some(code) if fine.contains(&code) => Ok(said),
-        _ => Err(complaint(&String::from_utf8_lossy(&done.stderr))),
-    }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use crate::workers::asked_to_end;
 use grains::generate::initial_bodies;
 use grains::measure;
 use grains::native::{self, NativeError, Options, Trouble};
-use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
+use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene};
 use grains::tables::{Stage, StopReason};
 use grains::task::{self, Task};
 
@@ -72,6 +72,7 @@ pub const MODES: [Mode; 10] = [
         name: "step-just-beyond-limit",
         title: "a tenth more than the largest stable step",
         change: |scene| {
+            // Without a limit the scene is refused, and the mode does not happen.
             let limit = time_step::choose(scene, 1.0).map_or(f64::NAN, |choice| choice.limit);
             scene.time_step = TimeStep::Absolute {
                 seconds: 1.1 * limit,
@@ -345,8 +346,7 @@ impl Mode {
 
 /// Checked as a scene's file is, and run in the native engine.
 fn run_scene(scene: &Scene) -> Result<Run> {
-    let text = serde_json::to_string(scene).unwrap_or_default();
-    if let Err(error) = parse_scene(&text) {
+    if let Err(error) = scene.check() {
         return Ok(Run::Refused(error.to_string()));
     }
     let task = Task::whole(initial_bodies(scene));

@@ -28,9 +28,10 @@
 
 use chacha20::ChaCha8Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rand_core::{Rng, SeedableRng};
+use rand_core::SeedableRng;
 
 use super::Result;
+use grains::generate::symmetric;
 use grains::model::Law;
 use grains::native::{CaseOptions, effective, watch_case};
 use grains::scene::{SlipVelocity, TorqueArms};
@@ -318,13 +319,9 @@ impl Link {
         let radius2 = bodies.radius[two];
         let radius1 = one.map_or(radius2, |one| bodies.radius[one]);
         let touching = radius1 + radius2;
-        let corner = moment.punch.and_then(|punch| {
-            let is_punch = one.is_none() && contact.normal.iter().all(|n| *n != 0.0);
-            let outside = [0, 1].iter().all(|axis| {
-                (centre(two)[*axis] - punch.centre[*axis]).abs() >= punch.half_extents[*axis]
-            });
-            (is_punch && outside).then_some(radius2 - contact.overlap)
-        });
+        // Flat sides have normals along an axis.
+        let is_corner = one.is_none() && contact.normal.iter().all(|n| *n != 0.0);
+        let corner = is_corner.then_some(radius2 - contact.overlap);
         // What turns about what; flat sides do not turn.
         let distance = one.map_or(corner, |_| Some(touching - contact.overlap));
         let corrected = law.contact.slip_velocity == SlipVelocity::RatchetingCorrected;
@@ -369,12 +366,6 @@ fn largest_of_tridiagonal(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, Vec<f
         .unwrap_or((0, 0.0));
     let vector = eigen.eigenvectors.column(at).iter().copied().collect();
     (value, vector)
-}
-
-/// Uniform in [−1, 1).
-pub(super) fn symmetric(random: &mut ChaCha8Rng) -> f64 {
-    let bits = random.next_u64() >> 11;
-    bits as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
 }
 
 fn unit(vector: DVector<f64>) -> DVector<f64> {

@@ -10,7 +10,8 @@ use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
 use super::Result;
-use super::spectrum::{at_start, symmetric};
+use super::spectrum::at_start;
+use grains::generate::symmetric;
 use grains::native::{CaseOptions, Trouble, watch_case};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;

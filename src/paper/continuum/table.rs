@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::checks::Outcome;
 use crate::document::{Document, Section, Table};
-use crate::paper::published::{HEIGHT, POINTS, POROSITY, PRESSURE};
+use crate::paper::published::{HEIGHT, OFFSETS, POINTS, POROSITY, PRESSURE};
 use crate::paper::recomputed::{DENSITY, DEPTH, GRAVITY, HALF_WIDTH};
 
 use super::{Field, Load, Model, Spread, beneath, within};
@@ -43,13 +43,13 @@ impl Setup {
                 pressure: PRESSURE,
                 half_width: HALF_WIDTH,
             },
-            points: POINTS
+            points: std::iter::zip(POINTS, OFFSETS)
                 .map(|(name, offset)| ControlPoint {
                     name: name.to_owned(),
                     offset,
                     depth: DEPTH,
                 })
-                .into(),
+                .collect(),
             width: 1.0,
             height: HEIGHT,
             density: DENSITY,

@@ -184,7 +184,7 @@ impl Candidates {
         let caption = "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals; what lies beyond 2 stands at the edge. \
              A row without marks: too few punches got their force.";
         let mut plot = Plot::new("means", caption, x, y).band("a tenth", Colour::Grey, band);
-        for ((point, _), colour) in POINTS.iter().zip(Colour::OF_LINES) {
+        for (point, colour) in POINTS.iter().zip(Colour::OF_LINES) {
             let id = format!("stress.{point}");
             let rows = self.settings.iter().enumerate();
             let points = rows.filter_map(|(row, of)| {
@@ -220,7 +220,7 @@ impl Candidates {
     }
 
     fn taken_apart(&self) -> Section {
-        let control = |of: &&Parts| POINTS.iter().any(|(name, _)| *name == of.point);
+        let control = |of: &&Parts| POINTS.contains(&&*of.point);
         let rows = self
             .settings
             .iter()

@@ -7,11 +7,11 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::means::POINTS;
 use super::sample::{self, Moment, Number, nearest, together};
 use super::shapes::SAMPLES;
 use super::{Claim, FEWEST, LEVEL, Row, Rule};
 use crate::paper::continuum::{Field, Model};
+use crate::paper::published::POINTS;
 use crate::study::campaign::Member;
 use crate::study::figures::setup_of;
 use evidence::distribution::Family;

@@ -5,14 +5,13 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::laws::{self, Contest};
-use super::means::POINTS;
 use super::sample::{Moment, stress};
 use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes, counted};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
 use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
-use crate::paper::published::{HEIGHTS, POROSITIES, Parts, published};
+use crate::paper::published::{HEIGHTS, POINTS, POROSITIES, Parts, published};
 use crate::paper::recomputed::unrounded;
 use crate::study::campaign::Member;
 use crate::study::figures::Distribution;

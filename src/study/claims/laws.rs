@@ -5,10 +5,10 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::means::POINTS;
 use super::sample::{self, Moment};
 use super::{LEVEL, adjust};
 use crate::document::{Axis, Colour, Plot, Point, Section, Table};
+use crate::paper::published::POINTS;
 use crate::study::campaign::Member;
 use evidence::distribution::{Distribution, Family};
 use evidence::moments::mean;

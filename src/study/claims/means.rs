@@ -1,7 +1,7 @@
 //! Means over realizations against the continuum of Table 4.
 
 use crate::checks::Outcome;
-use crate::paper::published::{HEIGHTS, POROSITIES, Published, published};
+use crate::paper::published::{HEIGHTS, POINTS, POROSITIES, Published, published};
 use crate::paper::recomputed::unrounded;
 use crate::study::campaign::Member;
 use crate::study::claims::sample::{Moment, Number, measured, stress};
@@ -13,8 +13,6 @@ use evidence::zeros::Parted;
 use evidence::{bootstrap, goodness};
 use grains::scene::Scene;
 
-/// The control points of the paper, as the scene names them.
-pub const POINTS: [&str; 3] = ["O", "A", "B"];
 /// Means may be off by this share: see the published list.
 const TENTH: f64 = 0.1;
 

@@ -3,10 +3,10 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::means::{POINTS, near};
+use super::means::near;
 use super::sample::{self, Moment, Number, stress};
 use super::{Claim, Row, Rule, together};
-use crate::paper::published::E_TO_MINUS_2;
+use crate::paper::published::{E_TO_MINUS_2, POINTS};
 use crate::paper::recomputed::unrounded;
 use crate::study::campaign::Member;
 use evidence::distribution::{Distribution, Family};

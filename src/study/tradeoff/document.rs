@@ -40,7 +40,7 @@ impl Tradeoff {
         let chosen = self.recommended.as_ref().and_then(|id| self.point(id));
         match chosen {
             Some(point) => {
-                let seconds = |of| seconds(of).unwrap_or_default();
+                let seconds = |of| seconds(of).unwrap_or(f64::NAN);
                 let [here, reference] = [point, &self.reference].map(seconds);
                 format!(
                     "{:.1} times as fast: {} is recommended. Beds made so are equivalent to the reference's in every quantity with a \
@@ -108,7 +108,7 @@ impl Tradeoff {
                 format!(
                     "the cheapest of them that is not shown to err beyond a margin is {}, at {cost:.2} s against the reference's {:.2} s",
                     of.method.name,
-                    seconds(&self.reference).unwrap_or_default()
+                    seconds(&self.reference).unwrap_or(f64::NAN)
                 )
             },
         );

@@ -410,7 +410,8 @@ fn last(
     let model = suite::world(law, dt, [0.0; 2], alpha, [walls, &[]]);
     let case = suite::case("convergence", model, &[grain], vec![steps]);
     let seen = native::run_case(&case, None)?;
-    Ok(seen.last().map_or(f64::NAN, |last| number(&last.bodies)))
+    let last = seen.last().expect("the moment that was asked for");
+    Ok(number(&last.bodies))
 }
 
 /// The root of the mean square of errors that depend on where something falls between two steps, over so many places from 0 on.

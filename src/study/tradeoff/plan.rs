@@ -371,7 +371,6 @@ pub fn is_frictional(method: &Setting) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grains::scene::parse_scene;
 
     #[test]
     fn every_scene_is_valid_and_every_method_is_itself() {
@@ -380,7 +379,7 @@ mod tests {
             let (mut digests, mut ids) = (BTreeSet::new(), BTreeSet::new());
             for setting in plan.settings() {
                 let (id, of) = (&setting.id, &setting.specification);
-                let read = parse_scene(&serde_json::to_string(&of.scene).expect("a scene"));
+                let read = of.scene.check();
                 assert!(read.is_ok(), "{id}: {read:?}");
                 assert!(digests.insert(of.digest()) && ids.insert(id), "{id}");
             }

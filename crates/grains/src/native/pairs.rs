@@ -68,9 +68,7 @@ impl Pairs {
             });
         }
         self.len += 1;
-        let Some(block) = self.blocks.last_mut() else {
-            return;
-        };
+        let block = self.blocks.last_mut().expect("one with a free lane");
         let from = self.places.start;
         (block.first[lane], block.second[lane]) = ((first - from) as u32, (second - from) as u32);
         let put = |to: &mut Vector, [a, b]: [f64; 2]| (to[0].0[lane], to[1].0[lane]) = (a, b);

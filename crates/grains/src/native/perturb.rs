@@ -188,14 +188,12 @@ impl Perturbation {
     pub(super) fn apply(self, constants: &mut Constants, bodies: &mut Bodies) {
         match self {
             Perturbation::Sized(name, size) => {
-                if let Some((_, scale)) = named(QUANTITIES, name) {
-                    scale(constants, bodies, 1.0 + size);
-                }
+                let (_, scale) = named(QUANTITIES, name).expect("a quantity of the list");
+                scale(constants, bodies, 1.0 + size);
             }
             Perturbation::Switched(name) => {
-                if let Some((_, change)) = named(SWITCHES, name) {
-                    change(constants);
-                }
+                let (_, change) = named(SWITCHES, name).expect("a switch of the list");
+                change(constants);
             }
             Perturbation::Slowed(_) => {}
         }

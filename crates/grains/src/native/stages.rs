@@ -65,15 +65,7 @@ pub fn run(
     let (mut constants, bodies) = faulty(scene, start.constants(), options, &given);
     // A fault of the very first step.
     constants.half_step_start &= (start.stage, start.step) == (Stage::Settle, 0);
-    // A punch that stands still goes on doing so; any other has the scene's speed.
-    let punch = task.start.punch.map(|punch| Punch {
-        velocity: if punch.velocity == 0.0 {
-            0.0
-        } else {
-            -scene.loading.speed
-        },
-        ..punch
-    });
+    let punch = start.punch_in(scene);
     let skin = match options.skin {
         Some(skin) => Skin::Fixed(skin),
         None => Skin::Adaptive {
@@ -342,7 +334,7 @@ impl Runner<'_> {
         let radius = |id: u32| snapshot.bodies.radius.get(id as usize).copied();
         // Of the normal springs; the limit is ten times all, which leaves room for the tangential ones.
         let stored = snapshot.contacts.iter().map(|contact| {
-            let grain = radius(contact.id2).unwrap_or_default();
+            let grain = snapshot.bodies.radius[contact.id2 as usize];
             let stiffness = constants.stiffness(radius(contact.id1).unwrap_or(grain), grain);
             0.5 * stiffness * contact.overlap * contact.overlap
         });

@@ -39,6 +39,21 @@ fn lines(problems: &[Problem]) -> String {
     lines.join("\n")
 }
 
+impl Scene {
+    /// Validates a scene as [`parse_scene`] does its file.
+    ///
+    /// # Errors
+    /// What its file would be refused for.
+    pub fn check(&self) -> Result<(), SceneError> {
+        parse_scene(&self.json().to_string()).map(drop)
+    }
+
+    /// As its file has it.
+    pub fn json(&self) -> Value {
+        serde_json::to_value(self).expect("a scene is JSON")
+    }
+}
+
 /// Validates the text of a scene.
 pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
     let given: Value =
@@ -171,7 +186,7 @@ const CONSTANTS: [(&str, Range, &str); 9] = [
 
 /// These problems, and values that have the right type and cannot be meant.
 fn impossible(scene: &Scene, given: &Value, problems: Vec<Problem>) -> Vec<Problem> {
-    let whole = &serde_json::to_value(scene).unwrap_or_default();
+    let whole = &scene.json();
     let mut found = Findings {
         given,
         whole,
@@ -216,7 +231,7 @@ fn numbers(
     table: &[(&str, Range, &str)],
     found: &mut Findings<'_>,
 ) {
-    let part = serde_json::to_value(part).unwrap_or_default();
+    let part = serde_json::to_value(part).expect("a scene is JSON");
     for (key, (holds, wanted), unit) in table {
         let place = format!("{at}{key}");
         // What loading has from pouring is named there.

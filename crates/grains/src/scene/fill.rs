@@ -31,7 +31,7 @@ fn fill(given: &Value, required: &[(&str, &str)]) -> Value {
     let width = number("/box/width").unwrap_or(1.0);
     let dispersion = number("/particles/dispersion").unwrap_or(0.05);
     let scene = defaults(diameter, width, dispersion, given);
-    let mut all = serde_json::to_value(&scene).unwrap_or_default();
+    let mut all = scene.json();
     for (place, key) in required {
         let object = all.pointer_mut(place).and_then(Value::as_object_mut);
         object.and_then(|object| object.shift_remove(*key));
