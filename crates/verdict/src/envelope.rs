@@ -7,11 +7,11 @@ use serde::Serialize;
 use crate::Answer;
 use crate::constants::{FLYING, KINDS, situations, until};
 use crate::contacts;
-use grains::native::{CaseOptions, NativeError, Noise, run_case};
-use grains::scene::Viscosity;
+use grains::constant::Constant;
+use grains::native::{CaseOptions, NativeError, Noise, Perturbation, run_case};
 use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::Case;
-use grains::variant::{self, Constant, Variant};
+use grains::variant::{self, Variant};
 
 /// Replicas of each start; three times as many for an engine in single precision.
 pub const REPLICAS: u64 = 8;
@@ -230,7 +230,7 @@ impl Envelope {
                 most.max(of.normal_force.abs() * push)
             });
         let steps = own.last().map_or(0, |of| of.step.abs_diff(begun)).max(1) as f64;
-        let punch = (case.bodies.len() + case.model.walls.len()) as u32;
+        let punch = case.ids().punch();
         let at_punch = own
             .iter()
             .map(|of| of.contacts.iter().filter(|of| of.id1 == punch).count());
@@ -409,14 +409,8 @@ impl Envelope {
 
     /// How far the native engine is off with this constant larger by so much.
     fn faulty(&self, constant: Constant, larger: f64) -> Result<Option<Farthest>, NativeError> {
-        match with_larger(&self.case, constant, larger) {
-            Some(case) => Ok(self.farthest(&run_case(&case, None)?)),
-            // Of walls or punch alone no model has it.
-            None => {
-                let variant = Variant::default().and(constant, larger);
-                Ok(self.changed(&variant, STEPS_WRITTEN_OUT))
-            }
-        }
+        let fault = Perturbation::Sized(constant, larger);
+        Ok(self.farthest(&run_case(&self.case, Some(fault))?))
     }
 
     /// How far the step written out is off with this variant, within so many steps.
@@ -468,51 +462,6 @@ pub fn of_replica(noise: Noise, replica: usize) -> Noise {
 
 /// A fault that is large against rounding and small against everything else.
 const PROBE: f64 = 1.0e-7;
-
-/// The case with a constant that is larger by so much, relative; none where it is of walls or punch alone.
-fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
-    let factor = 1.0 + larger;
-    let mut faulty = case.clone();
-    let (model, bodies) = (&mut faulty.model, &mut faulty.bodies);
-    let all = |column: &mut Vec<f64>| column.iter_mut().for_each(|value| *value *= factor);
-    match constant {
-        Constant::GrainStiffness => {
-            model.law.modulus *= factor;
-            model.law.stiffness_ratio /= factor;
-        }
-        Constant::WallStiffness | Constant::PunchStiffness => return None,
-        Constant::WallPlace(index) => {
-            let mean = bodies.radius.iter().sum::<f64>() / bodies.radius.len() as f64;
-            model.walls[index].place += larger * mean;
-        }
-        Constant::PunchSpeed => faulty.punch.iter_mut().for_each(|of| of.velocity *= factor),
-        Constant::ShearStiffness => model.law.stiffness_ratio *= factor,
-        Constant::Friction => {
-            let law = &mut model.law;
-            let others = [&mut law.wall_friction_angle, &mut law.punch_friction_angle];
-            let angles = others
-                .into_iter()
-                .flatten()
-                .chain([&mut law.friction_angle]);
-            angles.for_each(|angle| *angle = (angle.tan() * factor).atan());
-        }
-        Constant::Dashpot => {
-            let Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity else {
-                // A restitution gives each pair a dashpot of its own.
-                return None;
-            };
-            *c_n *= factor;
-        }
-        Constant::Damping => model.alpha *= factor,
-        Constant::GravityAcross => model.gravity[0] += larger * model.gravity[1].abs(),
-        Constant::GravityUp => model.gravity[1] *= factor,
-        Constant::TimeStep => model.dt *= factor,
-        Constant::Mass => all(&mut bodies.mass),
-        Constant::Inertia => all(&mut bodies.inertia),
-        Constant::Radius => all(&mut bodies.radius),
-    }
-    Some(faulty)
-}
 
 /// At least so many grains tell how many digits are written.
 const ENOUGH: usize = 50;

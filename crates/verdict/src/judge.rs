@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use evidence::in_parallel;
+use grains::constant::Constant;
 use grains::native::NativeError;
 use grains::tables::Snapshot;
 use grains::task::Case;
-use grains::variant::{Constant, Form};
+use grains::variant::Form;
 use serde::Serialize;
 
 use crate::Engine;
@@ -264,11 +265,12 @@ impl Native {
             let limits = Vec::new();
             return Ok(Native { envelope, limits });
         }
-        let all = in_parallel(Constant::all().len(), |at| {
-            envelope.detection_limit(Constant::all()[at])
+        let constants: Vec<Constant> = Constant::all().collect();
+        let all = in_parallel(constants.len(), |at| {
+            envelope.detection_limit(constants[at])
         });
         let mut limits = Vec::new();
-        for (constant, limit) in Constant::all().into_iter().zip(all) {
+        for (constant, limit) in constants.into_iter().zip(all) {
             limits.extend(limit?.map(|limit| (constant, limit)));
         }
         Ok(Native { envelope, limits })
@@ -451,7 +453,7 @@ impl Reference {
             keys
         });
         let limits = || all.iter().flat_map(|of| &of.native.limits);
-        let constants = Constant::all().into_iter().filter(|constant| {
+        let constants = Constant::all().filter(|constant| {
             let mut states = all.iter();
             states.any(|of| constant.is_in(&of.asked.case)) && !limits().any(|of| of.0 == *constant)
         });

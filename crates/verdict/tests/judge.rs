@@ -3,11 +3,12 @@
 use std::sync::LazyLock;
 
 use evidence::in_parallel;
+use grains::constant::Constant;
 use grains::model::Kernel;
 use grains::native::{NativeError, Perturbation, run_case};
 use grains::tables::Bodies;
 use grains::task::Case;
-use grains::variant::{self, Constant, Form, Variant};
+use grains::variant::{self, Form, Variant};
 use verdict::causes::Cause;
 use verdict::constants::Fitted;
 use verdict::envelope::Resolution;
@@ -18,6 +19,10 @@ use verdict::{Answer, Engine};
 
 static REFERENCE: LazyLock<Reference> =
     LazyLock::new(|| Reference::new(300, DISPERSION, &mut |_| ()).expect("a bed"));
+
+fn constant(symbol: &str) -> Constant {
+    Constant::with_symbol(symbol).expect("a constant")
+}
 
 fn judged(engine: &mut Engine<'_, NativeError>) -> Judgement {
     REFERENCE
@@ -169,13 +174,13 @@ fn an_engine_that_writes_other_moments_is_different() {
 #[test]
 fn several_wrong_constants_are_found_at_once() {
     let wrong = [
-        (Constant::GrainStiffness, 0.05),
-        (Constant::Damping, -0.1),
-        (Constant::GravityUp, -0.001),
-        (Constant::TimeStep, 0.01),
-        (Constant::Friction, 1.0e-4),
-        (Constant::Inertia, 1.0e-6),
-        (Constant::Dashpot, 0.5),
+        (constant("k_n between grains"), 0.05),
+        (constant("α"), -0.1),
+        (constant("g_z"), -0.001),
+        (constant("Δt"), 0.01),
+        (constant("tan φ"), 1.0e-4),
+        (constant("moment of inertia"), 1.0e-6),
+        (constant("c_n"), 0.5),
     ];
     let and = |of: Variant, (constant, larger): &(Constant, f64)| of.and(*constant, *larger);
     let variant = wrong.iter().fold(Variant::default(), and);
@@ -205,9 +210,9 @@ fn one_stiffness_for_all_springs_is_one_cause() {
             law: LawKind::Springs.name().to_owned(),
             variant: Variant::default(),
             constants: vec![
-                stiffer(Constant::GrainStiffness, 0.05),
-                stiffer(Constant::WallStiffness, of_wall),
-                stiffer(Constant::PunchStiffness, of_punch),
+                stiffer(constant("k_n between grains"), 0.05),
+                stiffer(constant("k_n at walls"), of_wall),
+                stiffer(constant("k_n at the punch"), of_punch),
             ],
             tied: Vec::new(),
             forms: Vec::new(),
