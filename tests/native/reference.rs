@@ -3,7 +3,10 @@
 use grains::model::Model;
 use grains::native::Threads;
 use grains::reference::Reference;
-use grains::scene::{NewContactSlip, Rotation, Shape, SlipVelocity, TorqueArms};
+use grains::scene::{
+    NewContactSlip, Rotation, Shape, SlipVelocity, Tension, TorqueArms, Viscosity,
+};
+use grains::tables::BodyIds;
 use grains::task::Outcome;
 use grains::variant::Variant;
 
@@ -110,4 +113,30 @@ fn constants_of_loading_have_the_bits_of_the_reference() {
         let rub = [&settled, &outcome.last].map(rubs);
         assert_eq!(rub, expected, "{name}");
     }
+}
+
+/// Contacts slide at each of the three limits, so that each angle counts, and grains turn.
+#[test]
+fn friction_apart_beside_dashpots_has_the_bits_of_the_reference() {
+    let mut scene = frictional_scene();
+    scene.material.wall_friction_angle = Some(0.2);
+    scene.material.punch_friction_angle = Some(0.1);
+    let tension = Tension::Clipped;
+    scene.contact.viscosity = Viscosity::Restitution { e_n: 0.6, tension };
+    scene.loading.speed = 0.4;
+    scene.loading.pressure = 1.0e9;
+    scene.loading.give_up_depth = 0.02;
+    let last = is_like_the_reference(&scene, Until::EndOfLoading).last;
+    assert!(last.bodies.spin.iter().all(|spin| *spin != 0.0));
+    scene.measurement.history_every = 1000;
+    let (_, moments) = outcome(&scene, &Task::whole(initial_bodies(&scene)), WAYS[0]);
+    let limits = Model::of(&scene).law.friction_angles().map(f64::tan);
+    let ids = BodyIds::of_box(scene.particles.count);
+    let mut sliding = [0; 3];
+    for of in moments.iter().flat_map(|of| &of.contacts) {
+        let kind = ids.body(of.id1) as usize;
+        let at_limit = (of.tangential_force.abs() / of.normal_force / limits[kind] - 1.0).abs();
+        sliding[kind] += usize::from(at_limit < 1.0e-9);
+    }
+    assert!(sliding.iter().all(|of| *of > 2), "{sliding:?}");
 }

@@ -519,15 +519,17 @@ impl Reference {
         let on = self.motions(ids, touch.first);
         let [nx, nz] = touch.normal;
         let mut normal_force = of.k_n * touch.overlap;
+        let mut clips = false;
         if self.constants.law.has_dashpots() {
             let [vx, vz] = at_contact_point(touch, on);
             normal_force -= of.c_n * (nx * vx + nz * vz);
-            let clipped = self.constants.law.contact.viscosity.tension() == Tension::Clipped;
-            if normal_force < 0.0 && clipped {
-                normal_force = 0.0;
-            }
+            clips = self.constants.law.contact.viscosity.tension() == Tension::Clipped;
         }
-        let normal_force = [normal_force * nx, normal_force * nz];
+        // A force that is cut has no direction, not that of −0.
+        let normal_force = match normal_force < 0.0 && clips {
+            true => [0.0; 2],
+            false => [normal_force * nx, normal_force * nz],
+        };
         let mut shear = [0.0; 2];
         if self.constants.law.has_friction() {
             shear = self.shear(touch, on, &of, normal_force, remembered);
