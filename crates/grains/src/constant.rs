@@ -88,15 +88,15 @@ static ROWS: [Row; 26] = [
         16,
         "k_n between grains",
         "k_n = 2·E·R1·R2/(R1 + R2) (Eq. 4)",
-        |of, by| stiffen(of, Body::Grain, by),
+        |given, by| stiffen(given, Body::Grain, by),
     ),
     constant(
         12,
         "k_n at walls",
         "k_n at walls: a wall counts as a grain of the same radius",
-        |of, by| {
-            if !of.constants.walls.is_empty() {
-                stiffen(of, Body::Wall, by);
+        |given, by| {
+            if !given.constants.walls.is_empty() {
+                stiffen(given, Body::Wall, by);
             }
         },
     ),
@@ -104,105 +104,131 @@ static ROWS: [Row; 26] = [
         11,
         "k_n at the punch",
         "k_n at the punch: it counts as a grain of the same radius",
-        |of, by| {
-            if of.punch.is_some() {
-                stiffen(of, Body::Punch, by);
+        |given, by| {
+            if given.punch.is_some() {
+                stiffen(given, Body::Punch, by);
             }
         },
     ),
     // Every k_n; a scene has its punch later.
-    fault("stiffness", |of, by| {
+    fault("stiffness", |given, by| {
         [Body::Grain, Body::Wall, Body::Punch]
             .into_iter()
-            .for_each(|body| stiffen(of, body, by));
+            .for_each(|body| stiffen(given, body, by));
     }),
     Row {
         fault: "shear-stiffness",
-        ..constant(13, "k_s", "k_s = law.stiffness_ratio · k_n", |of, by| {
-            if of.constants.law.has_friction() {
-                of.constants.tangential_factor *= 1.0 + by;
-            }
-        })
+        ..constant(
+            13,
+            "k_s",
+            "k_s = law.stiffness_ratio · k_n",
+            |given, by| {
+                if given.constants.law.has_friction() {
+                    given.constants.tangential_factor *= 1.0 + by;
+                }
+            },
+        )
     },
     // Young's modulus, so k_n and k_s.
-    fault("modulus", |of, by| of.constants.law.modulus *= 1.0 + by),
-    fault("gravity", |of, by| {
-        of.constants.gravity.iter_mut().for_each(|g| *g *= 1.0 + by)
+    fault("modulus", |given, by| {
+        given.constants.law.modulus *= 1.0 + by
     }),
-    fault("density", |of, by| {
-        all(&mut of.bodies.mass, by);
-        all(&mut of.bodies.inertia, by);
+    fault("gravity", |given, by| {
+        given
+            .constants
+            .gravity
+            .iter_mut()
+            .for_each(|g| *g *= 1.0 + by)
     }),
-    constant(10, "tan φ", "the limit |N| tan φ (Eq. 5)", |of, by| {
-        angles(of, |angle| (angle.tan() * (1.0 + by)).atan());
+    fault("density", |given, by| {
+        all(&mut given.bodies.mass, by);
+        all(&mut given.bodies.inertia, by);
     }),
-    constant(14, "c_n", "law.contact.viscosity", |of, by| {
+    constant(10, "tan φ", "the limit |N| tan φ (Eq. 5)", |given, by| {
+        angles(given, |angle| (angle.tan() * (1.0 + by)).atan());
+    }),
+    constant(14, "c_n", "law.contact.viscosity", |given, by| {
         // Of a restitution each pair has a c_n of its own.
-        of.constants.damping_ratio *= 1.0 + by;
-        if let Viscosity::Dashpot { c_n, .. } = &mut of.constants.law.contact.viscosity {
+        given.constants.damping_ratio *= 1.0 + by;
+        if let Viscosity::Dashpot { c_n, .. } = &mut given.constants.law.contact.viscosity {
             *c_n *= 1.0 + by;
         }
     }),
     Row {
         fault: "damping",
-        ..constant(15, "α", "model.alpha", |of, by| {
-            of.constants.alpha *= 1.0 + by
+        ..constant(15, "α", "model.alpha", |given, by| {
+            given.constants.alpha *= 1.0 + by
         })
     },
-    fault("friction", |of, by| angles(of, |angle| angle * (1.0 + by))),
+    fault("friction", |given, by| {
+        angles(given, |angle| angle * (1.0 + by))
+    }),
     // The damping constant of the dashpots, or the restitution.
-    fault("dashpot", |of, by| {
-        of.constants
+    fault("dashpot", |given, by| {
+        given
+            .constants
             .change_law(|law| match &mut law.contact.viscosity {
                 Viscosity::None => {}
-                Viscosity::Dashpot { c_n: of, .. } | Viscosity::Restitution { e_n: of, .. } => {
-                    *of *= 1.0 + by;
+                Viscosity::Dashpot { c_n: value, .. }
+                | Viscosity::Restitution { e_n: value, .. } => {
+                    *value *= 1.0 + by;
                 }
             });
     }),
     // Of grain 0, at its contacts only.
-    fault("radius", |of, by| first(&mut of.bodies.radius, by)),
+    fault("radius", |given, by| first(&mut given.bodies.radius, by)),
     Row {
         counted: Counted::Gravity,
-        ..constant(8, "g_x", "model.gravity", |of, by| pull(of, Axis::X, by))
+        ..constant(8, "g_x", "model.gravity", |given, by| {
+            pull(given, Axis::X, by)
+        })
     },
     // Over |g| too, of which it has nearly all.
-    constant(9, "g_z", "model.gravity", |of, by| pull(of, Axis::Z, by)),
+    constant(9, "g_z", "model.gravity", |given, by| {
+        pull(given, Axis::Z, by)
+    }),
     Row {
         fault: "time-step",
-        ..constant(7, "Δt", "model.dt", |of, by| of.constants.dt *= 1.0 + by)
+        ..constant(7, "Δt", "model.dt", |given, by| {
+            given.constants.dt *= 1.0 + by
+        })
     },
-    constant(5, "mass", "the masses in initial.csv", |of, by| {
-        all(&mut of.bodies.mass, by)
+    constant(5, "mass", "the masses in initial.csv", |given, by| {
+        all(&mut given.bodies.mass, by)
     }),
     constant(
         6,
         "moment of inertia",
         "the moments of inertia in initial.csv",
-        |of, by| {
-            if of.constants.law.rotates() {
-                all(&mut of.bodies.inertia, by);
+        |given, by| {
+            if given.constants.law.rotates() {
+                all(&mut given.bodies.inertia, by);
             }
         },
     ),
     // At contacts.
-    constant(4, "radius", "the radii in initial.csv", |of, by| {
-        all(&mut of.bodies.radius, by)
+    constant(4, "radius", "the radii in initial.csv", |given, by| {
+        all(&mut given.bodies.radius, by)
     }),
     // Of grain 0.
-    fault("inertia", |of, by| first(&mut of.bodies.inertia, by)),
+    fault("inertia", |given, by| first(&mut given.bodies.inertia, by)),
     // The right wall is moved by this share of its place.
-    fault("wall", |of, by| {
-        right_wall(&mut of.constants, |wall| wall.place *= 1.0 + by)
+    fault("wall", |given, by| {
+        right_wall(&mut given.constants, |wall| wall.place *= 1.0 + by)
     }),
-    over_radius(0, "place of wall 0", |of, by| shift(of, 0, by)),
-    over_radius(1, "place of wall 1", |of, by| shift(of, 1, by)),
-    over_radius(2, "place of wall 2", |of, by| shift(of, 2, by)),
+    over_radius(0, "place of wall 0", |given, by| shift(given, 0, by)),
+    over_radius(1, "place of wall 1", |given, by| shift(given, 1, by)),
+    over_radius(2, "place of wall 2", |given, by| shift(given, 2, by)),
     constant(
         3,
         "velocity of the punch",
         "punch.velocity, and when the punch moves: before the forces",
-        |of, by| of.punch.iter_mut().for_each(|of| of.velocity *= 1.0 + by),
+        |given, by| {
+            given
+                .punch
+                .iter_mut()
+                .for_each(|punch| punch.velocity *= 1.0 + by)
+        },
     ),
 ];
 
@@ -232,8 +258,8 @@ fn angles(given: &mut Given, change: impl Fn(f64) -> f64) {
 fn pull(given: &mut Given, axis: Axis, by: f64) {
     let gravity = &mut given.constants.gravity;
     let size = gravity[0].hypot(gravity[1]);
-    let of = &mut gravity[axis as usize];
-    *of += if *of < 0.0 { -by } else { by } * size;
+    let component = &mut gravity[axis as usize];
+    *component += if *component < 0.0 { -by } else { by } * size;
 }
 
 fn shift(given: &mut Given, index: usize, by: f64) {
@@ -277,7 +303,7 @@ impl Constant {
 
     /// The one with this symbol.
     pub fn with_symbol(symbol: &str) -> Option<Constant> {
-        Constant::all().find(|of| of.symbol() == symbol)
+        Constant::all().find(|constant| constant.symbol() == symbol)
     }
 
     fn row(self) -> &'static Row {

@@ -195,10 +195,10 @@ impl Reference {
             } else {
                 after
             };
-            let of = &mut self.bodies;
-            [of.vx[i], of.vz[i]] = after;
-            of.x[i] += dt * moving[0];
-            of.z[i] += dt * moving[1];
+            let bodies = &mut self.bodies;
+            [bodies.vx[i], bodies.vz[i]] = after;
+            bodies.x[i] += dt * moving[0];
+            bodies.z[i] += dt * moving[1];
         }
         if self.constants.law.rotates() && !self.has(Form::SpinsKept) {
             let undamped = self.has(Form::SpinUndamped);
@@ -298,7 +298,7 @@ impl Reference {
             self.listed = Some(ids.collect());
         }
         if self.has(Form::FoundLate) || self.has(Form::OldNormals) {
-            let normals = touching.iter().map(|(ids, of)| (*ids, of.normal));
+            let normals = touching.iter().map(|(ids, touch)| (*ids, touch.normal));
             self.touched = normals.collect();
         }
     }
@@ -306,7 +306,11 @@ impl Reference {
     /// Whether a pair that touches is noticed.
     fn is_found(&self, ids: Ids) -> bool {
         let late = self.has(Form::FoundLate) && self.steps > 0 && !self.touched.contains_key(&ids);
-        !late && self.listed.as_ref().is_none_or(|of| of.contains(&ids))
+        !late
+            && self
+                .listed
+                .as_ref()
+                .is_none_or(|pairs| pairs.contains(&ids))
     }
 
     /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains, then the punch.
@@ -328,15 +332,15 @@ impl Reference {
 
     /// Grains no farther apart in x than two of the largest touch, in the order of their ids.
     fn touching_grains(&self) -> Vec<(Ids, Touch)> {
-        let of = &self.bodies;
-        let reach = 2.0 * of.radius.iter().copied().fold(0.0, f64::max);
-        let mut order: Vec<usize> = (0..of.len()).collect();
-        order.sort_by(|a, b| of.x[*a].total_cmp(&of.x[*b]));
+        let bodies = &self.bodies;
+        let reach = 2.0 * bodies.radius.iter().copied().fold(0.0, f64::max);
+        let mut order: Vec<usize> = (0..bodies.len()).collect();
+        order.sort_by(|a, b| bodies.x[*a].total_cmp(&bodies.x[*b]));
         let mut all = Vec::new();
         for (at, a) in order.iter().enumerate() {
             let beyond = order[at + 1..].iter();
-            for b in beyond.take_while(|b| of.x[**b] - of.x[*a] <= reach) {
-                if (of.z[*b] - of.z[*a]).abs() <= reach {
+            for b in beyond.take_while(|b| bodies.x[**b] - bodies.x[*a] <= reach) {
+                if (bodies.z[*b] - bodies.z[*a]).abs() <= reach {
                     let (i, j) = (*a.min(b), *a.max(b));
                     all.extend(self.grains(i, j).map(|touch| ((i as u32, j as u32), touch)));
                 }
@@ -406,7 +410,7 @@ impl Reference {
         if rx.abs() <= ex && rz.abs() <= ez {
             // Centre inside: out by the nearest face.
             let (to_side, to_end) = (ex - rx.abs(), ez - rz.abs());
-            let side = |of: f64| if of > 0.0 { 1.0 } else { -1.0 };
+            let side = |offset: f64| if offset > 0.0 { 1.0 } else { -1.0 };
             let (normal, depth) = if to_end < to_side {
                 ([0.0, side(rz)], to_end)
             } else {
@@ -441,7 +445,7 @@ impl Reference {
 
     /// k_n, k_s and c_n of these bodies.
     fn strength(&self, ids: Ids, touch: &Touch) -> Strength {
-        let of = &self.constants;
+        let constants = &self.constants;
         let two = ids.1 as usize;
         let m2 = self.bodies.mass[two];
         let (radii, mass) = match touch.first {
@@ -454,18 +458,20 @@ impl Reference {
             Body::Wall => ([self.stiffness_radius[two]; 2], m2),
             Body::Punch => (touch.radii, m2),
         };
-        let [a, b] = radii.map(|radius| of.law.modulus * radius);
-        let [c, d] = [a, b].map(|side| side * of.law.stiffness_ratio);
-        let (mut k_n, mut k_s) = match of.law.has_dashpots() {
+        let [a, b] = radii.map(|radius| constants.law.modulus * radius);
+        let [c, d] = [a, b].map(|side| side * constants.law.stiffness_ratio);
+        let (mut k_n, mut k_s) = match constants.law.has_dashpots() {
             false => (2.0 * a * b / (a + b), 2.0 * c * d / (c + d)),
             true => (series(a, b), series(c, d)),
         };
-        k_n *= of.normal_factors[touch.first as usize];
-        k_s *= of.tangential_factor;
-        let mut c_n = match of.law.contact.viscosity {
+        k_n *= constants.normal_factors[touch.first as usize];
+        k_s *= constants.tangential_factor;
+        let mut c_n = match constants.law.contact.viscosity {
             Viscosity::None => 0.0,
             Viscosity::Dashpot { c_n, .. } => series(c_n, c_n),
-            Viscosity::Restitution { .. } => 2.0 * of.damping_ratio * (mass * k_n).max(0.0).sqrt(),
+            Viscosity::Restitution { .. } => {
+                2.0 * constants.damping_ratio * (mass * k_n).max(0.0).sqrt()
+            }
         };
         if touch.first == Body::Grain {
             let [r1, r2] = radii;
@@ -515,14 +521,14 @@ impl Reference {
 
     /// What a contact does: the force on body 2, and the torques on both. What it remembers moves on by a step.
     fn act(&mut self, ids: Ids, touch: &Touch, remembered: Option<Memory>) -> ([f64; 2], [f64; 2]) {
-        let of = self.strength(ids, touch);
+        let strength = self.strength(ids, touch);
         let on = self.motions(ids, touch.first);
         let [nx, nz] = touch.normal;
-        let mut normal_force = of.k_n * touch.overlap;
+        let mut normal_force = strength.k_n * touch.overlap;
         let mut clips = false;
         if self.constants.law.has_dashpots() {
             let [vx, vz] = at_contact_point(touch, on);
-            normal_force -= of.c_n * (nx * vx + nz * vz);
+            normal_force -= strength.c_n * (nx * vx + nz * vz);
             clips = self.constants.law.contact.viscosity.tension() == Tension::Clipped;
         }
         // A force that is cut has no direction, not that of −0.
@@ -532,7 +538,7 @@ impl Reference {
         };
         let mut shear = [0.0; 2];
         if self.constants.law.has_friction() {
-            shear = self.shear(touch, on, &of, normal_force, remembered);
+            shear = self.shear(touch, on, &strength, normal_force, remembered);
             let normal = touch.normal;
             self.memories.insert(ids, Memory { normal, shear });
         }
@@ -541,8 +547,8 @@ impl Reference {
             let [one, two] = on;
             let [vx, vz] = [0, 1].map(|axis| two.velocity[axis] - one.velocity[axis]);
             let along = vx * nx + vz * nz;
-            force[0] -= of.c_n * (vx - along * nx);
-            force[1] -= of.c_n * (vz - along * nz);
+            force[0] -= strength.c_n * (vx - along * nx);
+            force[1] -= strength.c_n * (vz - along * nz);
         }
         let [fx, fz] = force;
         self.contacts.push(Contact {
@@ -562,13 +568,14 @@ impl Reference {
         &self,
         touch: &Touch,
         on: [Motion; 2],
-        of: &Strength,
+        strength: &Strength,
         normal_force: [f64; 2],
         remembered: Option<Memory>,
     ) -> [f64; 2] {
         let dt = self.constants.dt;
         let [nx, nz] = touch.normal;
-        let [mut sx, mut sz] = remembered.map_or([0.0; 2], |of| self.turned(of, touch.normal));
+        let [mut sx, mut sz] =
+            remembered.map_or([0.0; 2], |memory| self.turned(memory, touch.normal));
         let [vx, vz] = self.slip_velocity(touch, on);
         let along = nx * vx + nz * vz;
         let [tx, tz] = [vx - along * nx, vz - along * nz];
@@ -581,8 +588,8 @@ impl Reference {
         }
         // YADE's laws with and without a dashpot multiply in different orders.
         let [gx, gz] = match self.constants.law.has_dashpots() {
-            false => [of.k_s * (tx * dt), of.k_s * (tz * dt)],
-            true => [of.k_s * dt * tx, of.k_s * dt * tz],
+            false => [strength.k_s * (tx * dt), strength.k_s * (tz * dt)],
+            true => [strength.k_s * dt * tx, strength.k_s * dt * tz],
         };
         sx -= share * gx;
         sz -= share * gz;
@@ -593,10 +600,10 @@ impl Reference {
         }
         if self.has(Form::CoulombByComponent) {
             let limit = fx.hypot(fz) * tangent;
-            return [sx, sz].map(|of| of.max(-limit).min(limit));
+            return [sx, sz].map(|part| part.max(-limit).min(limit));
         }
         let limit_squared = match self.has(Form::CoulombOfSpring) {
-            true => (of.k_n * touch.overlap * tangent).powi(2),
+            true => (strength.k_n * touch.overlap * tangent).powi(2),
             false => (fx * fx + fz * fz) * (tangent * tangent),
         };
         let squared = sx * sx + sz * sz;
@@ -624,7 +631,7 @@ impl Reference {
             let size = projected[0].hypot(projected[1]);
             let grows = keeps_length && size > 0.0;
             let factor = if grows { sx.hypot(sz) / size } else { 1.0 };
-            return projected.map(|of| factor * of);
+            return projected.map(|part| factor * part);
         }
         let mut turn = normal[1] * nx - normal[0] * nz;
         if self.has(Form::HistoryTurnedBack) {
@@ -657,7 +664,7 @@ impl Reference {
             return [0.0; 2];
         }
         let [nx, nz] = touch.normal;
-        let [fx, fz] = force.map(|of| -of);
+        let [fx, fz] = force.map(|part| -part);
         let whole = self.has(Form::WholeArms) || is_flat && self.has(Form::WholeArmsAtFlatBodies);
         let mut torques = if whole {
             touch.radii.map(|radius| radius * (nz * fx - nx * fz))
@@ -666,7 +673,7 @@ impl Reference {
             touch.radii.map(|r| (r - 0.5 * touch.overlap) * turn)
         } else {
             let [[x1, z1], [x2, z2]] =
-                on.map(|of| [0, 1].map(|axis| touch.point[axis] - of.place[axis]));
+                on.map(|motion| [0, 1].map(|axis| touch.point[axis] - motion.place[axis]));
             [z1 * fx - x1 * fz, z2 * -fx - x2 * -fz]
         };
         if self.has(Form::TorqueSign) {
@@ -701,10 +708,10 @@ impl Reference {
 
 /// Velocity of body 2 against body 1 at the contact point, m/s.
 fn at_contact_point(touch: &Touch, on: [Motion; 2]) -> [f64; 2] {
-    let [v1, v2] = on.map(|of| {
-        let [ax, az] = [0, 1].map(|axis| touch.point[axis] - of.place[axis]);
-        let [vx, vz] = of.velocity;
-        [vx + of.spin * az, vz - of.spin * ax]
+    let [v1, v2] = on.map(|motion| {
+        let [ax, az] = [0, 1].map(|axis| touch.point[axis] - motion.place[axis]);
+        let [vx, vz] = motion.velocity;
+        [vx + motion.spin * az, vz - motion.spin * ax]
     });
     [v2[0] - v1[0], v2[1] - v1[1]]
 }
@@ -714,8 +721,8 @@ fn series(a: f64, b: f64) -> f64 {
     1.0 / (1.0 / (2.0 * a) + 1.0 / (2.0 * b))
 }
 
-fn sign(of: f64) -> f64 {
-    f64::from(u8::from(of > 0.0)) - f64::from(u8::from(of < 0.0))
+fn sign(number: f64) -> f64 {
+    f64::from(u8::from(number > 0.0)) - f64::from(u8::from(number < 0.0))
 }
 
 /// Each radius as the middle of its class; none where there are no more radii than classes.

@@ -36,39 +36,26 @@ pub enum Key {
 const USUAL_FRICTION: f64 = 0.5;
 
 impl Key {
-    pub const ALL: [Key; 13] = [
-        Key::Gravity,
-        Key::Damping,
-        Key::TimeStep,
-        Key::Modulus,
-        Key::StiffnessRatio,
-        Key::Friction,
-        Key::WallFriction,
-        Key::PunchFriction,
-        Key::Dashpots,
-        Key::PunchSpeed,
-        Key::PunchSize,
-        Key::Mass,
-        Key::Inertia,
+    /// All of them, with where they stand in a job.
+    pub const NAMES: [(Key, &str); 13] = [
+        (Key::Gravity, "model.gravity"),
+        (Key::Damping, "model.alpha"),
+        (Key::TimeStep, "model.dt"),
+        (Key::Modulus, "law.modulus"),
+        (Key::StiffnessRatio, "law.stiffness_ratio"),
+        (Key::Friction, "law.friction_angle"),
+        (Key::WallFriction, "law.wall_friction_angle"),
+        (Key::PunchFriction, "law.punch_friction_angle"),
+        (Key::Dashpots, "law.contact.viscosity"),
+        (Key::PunchSpeed, "punch.velocity"),
+        (Key::PunchSize, "punch.half_extents"),
+        (Key::Mass, "mass in initial.csv"),
+        (Key::Inertia, "inertia in initial.csv"),
     ];
 
     /// Where it stands in a job.
     pub fn name(self) -> &'static str {
-        match self {
-            Key::Gravity => "model.gravity",
-            Key::Damping => "model.alpha",
-            Key::TimeStep => "model.dt",
-            Key::Modulus => "law.modulus",
-            Key::StiffnessRatio => "law.stiffness_ratio",
-            Key::Friction => "law.friction_angle",
-            Key::WallFriction => "law.wall_friction_angle",
-            Key::PunchFriction => "law.punch_friction_angle",
-            Key::Dashpots => "law.contact.viscosity",
-            Key::PunchSpeed => "punch.velocity",
-            Key::PunchSize => "punch.half_extents",
-            Key::Mass => "mass in initial.csv",
-            Key::Inertia => "inertia in initial.csv",
-        }
+        Key::NAMES[self as usize].1
     }
 
     /// The case as an engine sees it that does not read this key; none where it sees no other.

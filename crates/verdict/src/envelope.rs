@@ -1,6 +1,8 @@
 //! How far runs part that are the same but for rounding, and whether another engine's run lies among them. And how coarsely
 //! that engine computes, by its answers to small changes of its start.
 
+use std::sync::OnceLock;
+
 use evidence::in_parallel;
 use serde::Serialize;
 
@@ -54,33 +56,24 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    const ALL: [Quantity; ALL] = [
-        Quantity::Position,
-        Quantity::Velocity,
-        Quantity::Spin,
-        Quantity::Overlap,
-        Quantity::NormalForce,
-        Quantity::TangentialForce,
-        Quantity::Normal,
-        Quantity::Point,
-        Quantity::PunchPlace,
-        Quantity::PunchForce,
+    /// Each with its name and the unit in which it is counted.
+    const NAMES: [(Quantity, &str, &str); ALL] = [
+        (Quantity::Position, "position", "R"),
+        (Quantity::Velocity, "velocity", "R a step"),
+        (Quantity::Spin, "spin", "rad a step"),
+        (Quantity::Overlap, "overlap", "R"),
+        (Quantity::NormalForce, "normal force", "mR/Δt²"),
+        (Quantity::TangentialForce, "tangential force", "mR/Δt²"),
+        (Quantity::Normal, "normal", "rad"),
+        (Quantity::Point, "contact point", "R"),
+        (Quantity::PunchPlace, "place", "R"),
+        (Quantity::PunchForce, "force", "mR/Δt²"),
     ];
 
     /// With the unit in which it is counted.
     pub fn name(self) -> (&'static str, &'static str) {
-        match self {
-            Quantity::Position => ("position", "R"),
-            Quantity::Velocity => ("velocity", "R a step"),
-            Quantity::Spin => ("spin", "rad a step"),
-            Quantity::Overlap => ("overlap", "R"),
-            Quantity::NormalForce => ("normal force", "mR/Δt²"),
-            Quantity::TangentialForce => ("tangential force", "mR/Δt²"),
-            Quantity::Normal => ("normal", "rad"),
-            Quantity::Point => ("contact point", "R"),
-            Quantity::PunchPlace => ("place", "R"),
-            Quantity::PunchForce => ("force", "mR/Δt²"),
-        }
+        let (_, name, unit) = Quantity::NAMES[self as usize];
+        (name, unit)
     }
 }
 
@@ -318,7 +311,7 @@ impl Envelope {
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
             let apart = Apart::new(their, own, &self.case);
             let summary = apart.summary();
-            for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
+            for (index, (quantity, ..)) in Quantity::NAMES.into_iter().enumerate() {
                 let ratio = ratio(&summary[index], &reach[index]);
                 if index < MOTION {
                     of_motion = of_motion.max(ratio);
@@ -419,6 +412,23 @@ impl Envelope {
         let count = case.moments.len().min(self.own.len());
         self.farthest_from(&self.own[..count], &variant::run(&case, variant))
     }
+}
+
+/// What is made once for engines in double precision, and anew for any other.
+pub(crate) fn once<T: Clone>(
+    double: &OnceLock<T>,
+    resolution: Resolution,
+    make: impl FnOnce() -> Result<T, NativeError>,
+) -> Result<T, NativeError> {
+    let is_double = resolution == Resolution::DOUBLE;
+    if let Some(known) = double.get().filter(|_| is_double) {
+        return Ok(known.clone());
+    }
+    let made = make()?;
+    if is_double {
+        double.get_or_init(|| made.clone());
+    }
+    Ok(made)
 }
 
 /// The step written out is slow, and a few of them tell enough.
