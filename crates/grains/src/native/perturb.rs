@@ -30,8 +30,11 @@ pub enum Perturbation {
 /// Of a fault in the table below.
 pub type Name = &'static str;
 
+/// What puts it in.
+type Switch = fn(&mut Constants);
+
 /// What can be done in another way. Where nothing slips or turns, another slip velocity or arm is no fault.
-const SWITCHES: [(Name, fn(&mut Constants)); 7] = [
+const SWITCHES: [(Name, Switch); 7] = [
     // The forces on a grain are summed from the highest partner down.
     ("sums=reversed", |of| of.reversed_sums = true),
     // The right wall is where nothing comes near it.
@@ -60,7 +63,7 @@ const SWITCHES: [(Name, fn(&mut Constants)); 7] = [
     }),
 ];
 
-fn switch(name: &str) -> Option<(Name, fn(&mut Constants))> {
+fn switch(name: &str) -> Option<(Name, Switch)> {
     SWITCHES.into_iter().find(|of| of.0 == name)
 }
 
