@@ -1,9 +1,9 @@
-//! The native engine: where it ends and what it allocates here; the kernels against the method written out plainly, rules,
+//! The native engine: where it ends and what it allocates here; the kernels against the step written out plainly, rules,
 //! troubles and the punch in files of their own. Exact solutions are the suite's (`verify`).
 
-mod all_pairs;
 mod ends;
 mod punch;
+mod reference;
 
 use crate::support::*;
 

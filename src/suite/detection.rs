@@ -15,6 +15,7 @@ use crate::engine::yade::CaseInYade;
 use crate::workers::asked_to_end;
 use evidence::in_parallel;
 use evidence::random::Source;
+use grains::constant::Constant;
 use grains::native::{CaseOptions, Perturbation, watch_case};
 use grains::task::Case;
 
@@ -157,10 +158,10 @@ impl Subject<'_> {
         if !self.detects(largest) {
             return Limit::NotDetected;
         }
-        let Perturbation::Sized(quantity, _) = largest else {
+        let Perturbation::Sized(constant, _) = largest else {
             return Limit::Detected;
         };
-        let fault = |decade: f64| Perturbation::Sized(quantity, 10f64.powf(decade));
+        let fault = |decade: f64| Perturbation::Sized(constant, 10f64.powf(decade));
         let [_, high] = halved(DECADES, HALVINGS, |decade| !self.detects(fault(decade)));
         Limit::From {
             size: 10f64.powf(high),
@@ -240,7 +241,7 @@ pub fn limits(
     done: &(dyn Fn(usize, usize) + Sync),
 ) -> Limits {
     let largest = 10f64.powf(DECADES[1]);
-    let sized = Perturbation::quantities();
+    let sized = Constant::faults();
     let sized = sized.map(|of| (of.to_string(), Perturbation::Sized(of, largest)));
     let switched = Perturbation::switches();
     let switched = switched.map(|of| (of.to_string(), Perturbation::Switched(of)));

@@ -55,7 +55,7 @@ proptest! {
         spin in -1.0f64..1.0,
     ) {
         let case = to_and_fro(sides, law, gap, drift, spin);
-        is_like_all_pairs(&case, 0.1)?;
+        is_like_the_reference(&case, 0.1)?;
         let touches: Vec<bool> = run(&case).iter().map(|of| !of.contacts.is_empty()).collect();
         let met = touches.windows(2).filter(|of| **of == [false, true]).count();
         prop_assert!(met >= 3, "{met}");

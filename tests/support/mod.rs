@@ -1,6 +1,5 @@
 //! What several tests need.
 
-pub mod all_pairs;
 pub mod browser;
 pub mod engines;
 pub mod pages;

@@ -10,7 +10,9 @@
 //! | [`generate`] | the initial grains, a pure function of the scene and its realization |
 //! | [`tables`], [`task`] | what an engine is given and what it returns, whichever it is |
 //! | [`native`] | the engine: normal springs, friction with history, rotation, dashpots |
-//! | [`variant`] | the step written out, with constants and terms that may be another engine's |
+//! | [`constant`] | the constants of a run that may be a little wrong, and how one is made larger |
+//! | [`reference`](mod@reference) | the step written out plainly, which the engine must equal bit by bit |
+//! | [`variant`] | the constants and terms that another engine may have otherwise |
 //! | [`measure`] | heights, porosity, coordination, energies and stresses of a bed, blind to the engine |
 //!
 //! The same scene gives the same bits on every machine.
@@ -40,10 +42,12 @@
 //! # Ok::<(), native::NativeError>(())
 //! ```
 
+pub mod constant;
 pub mod generate;
 pub mod measure;
 pub mod model;
 pub mod native;
+pub mod reference;
 pub mod scene;
 pub mod tables;
 pub mod task;

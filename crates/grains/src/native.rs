@@ -28,11 +28,11 @@ pub use threads::Threads;
 
 use std::iter::repeat;
 
-use crate::tables::{Bodies, Snapshot, Stage};
+use crate::constant::Given;
+use crate::tables::{Body, Snapshot, Stage};
 use crate::task::{Case, Effective, EffectiveContact, Load};
 use dynamics::Dynamics;
 use neighbours::Skin;
-use state::Constants;
 
 /// Skin over the largest radius; the bits do not depend on it.
 const SKIN_OVER_RADIUS: f64 = 0.1;
@@ -139,18 +139,13 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
     let at_start = dynamics.snapshot(Stage::Settle, 0);
     let parameters = |id1: u32, id2: u32| {
         let place = |id: u32| state.place[id as usize] as usize;
-        match constants.ids.is_grain(id1) {
-            true => constants.of_pair(state, place(id1), place(id2)),
-            false => constants.of_flat(state, place(id2)),
+        match constants.ids.body(id1) {
+            Body::Grain => constants.of_pair(state, place(id1), place(id2)),
+            flat => constants.of_flat(state, flat, place(id2)),
         }
     };
     let has_friction = constants.law.has_friction();
-    let [of_grains, of_walls, of_punch] = constants.law.friction_angles().map(f64::tan);
-    let tan_phi = |id1: u32| match id1 {
-        id if constants.ids.is_grain(id) => of_grains,
-        id if id == constants.ids.punch() => of_punch,
-        _ => of_walls,
-    };
+    let tan_phi = constants.law.friction_angles().map(f64::tan);
     Ok(Effective {
         contacts: at_start
             .contacts
@@ -162,7 +157,7 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
                     id2: contact.id2,
                     k_n: of.k_n,
                     k_s: has_friction.then_some(of.k_s),
-                    tan_phi: tan_phi(contact.id1),
+                    tan_phi: tan_phi[constants.ids.body(contact.id1) as usize],
                     c_n: of.c_n,
                 }
             })
@@ -176,15 +171,19 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
 }
 
 fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
-    let mut bodies: Bodies = case.bodies.clone();
-    let mut constants = Constants::new(&case.model, bodies.len() as u32);
+    let mut given = Given::new(&case.model, &case.bodies, case.punch);
     if let Some(fault) = options.fault {
-        fault.apply(&mut constants, &mut bodies);
+        fault.apply(&mut given);
     }
+    let Given {
+        constants,
+        bodies,
+        punch,
+    } = given;
     let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
     let skin = options.skin_over_radius * largest;
     let (skin, threads) = (Skin::Fixed(skin), Threads::default());
-    Dynamics::new(&bodies, case.punch, &[], constants, skin, threads)
+    Dynamics::new(&bodies, punch, &[], constants, skin, threads)
 }
 
 fn failed(step: u64) -> impl FnOnce(Trouble) -> NativeError {

@@ -471,6 +471,23 @@ pub enum Viscosity {
     },
 }
 
+impl Viscosity {
+    /// Whether its dashpots may pull.
+    pub(crate) fn tension(&self) -> Tension {
+        match self {
+            Viscosity::None => Tension::Clipped,
+            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => *tension,
+        }
+    }
+
+    /// Takes the other choice of the two.
+    pub(crate) fn clip_otherwise(&mut self) {
+        if let Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } = self {
+            *tension = tension.other();
+        }
+    }
+}
+
 /// Whether a dashpot may pull.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -479,6 +496,16 @@ pub enum Tension {
     Clipped,
     /// It pulls until the grains have parted.
     Unclipped,
+}
+
+impl Tension {
+    /// The other choice.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Tension::Clipped => Tension::Unclipped,
+            Tension::Unclipped => Tension::Clipped,
+        }
+    }
 }
 
 /// Which velocity counts as slip.
@@ -493,6 +520,16 @@ pub enum SlipVelocity {
     ContactPoint,
 }
 
+impl SlipVelocity {
+    /// The other choice.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            SlipVelocity::RatchetingCorrected => SlipVelocity::ContactPoint,
+            SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
+        }
+    }
+}
+
 /// Where the contact force acts on a grain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -504,6 +541,16 @@ pub enum TorqueArms {
     ContactPoint,
 }
 
+impl TorqueArms {
+    /// The other choice.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            TorqueArms::HalfOverlap => TorqueArms::ContactPoint,
+            TorqueArms::ContactPoint => TorqueArms::HalfOverlap,
+        }
+    }
+}
+
 /// How much of the first step's slip a new contact is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -513,4 +560,14 @@ pub enum NewContactSlip {
     WholeStep,
     /// The slip since they met: overlap over approach speed, a step at most.
     SinceTouch,
+}
+
+impl NewContactSlip {
+    /// The other choice.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            NewContactSlip::WholeStep => NewContactSlip::SinceTouch,
+            NewContactSlip::SinceTouch => NewContactSlip::WholeStep,
+        }
+    }
 }

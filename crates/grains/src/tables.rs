@@ -125,6 +125,14 @@ pub fn tangential(force: f64) -> f64 {
     force + 0.0
 }
 
+/// Which kind of body the first of a pair is; the second is always a grain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Body {
+    Grain = 0,
+    Wall = 1,
+    Punch = 2,
+}
+
 /// Ids of the bodies that are not grains: the walls follow the grains, the punch the walls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BodyIds {
@@ -158,6 +166,14 @@ impl BodyIds {
     /// The punch.
     pub fn punch(self) -> u32 {
         self.grains + self.walls
+    }
+    /// Whose id this is.
+    pub fn body(self, id: u32) -> Body {
+        match id {
+            id if self.is_grain(id) => Body::Grain,
+            id if id < self.punch() => Body::Wall,
+            _ => Body::Punch,
+        }
     }
     /// Whether this id is a grain's.
     pub fn is_grain(self, id: u32) -> bool {

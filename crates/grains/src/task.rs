@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
 use crate::scene::Scene;
-use crate::tables::{Bodies, Punch, Remembered, Snapshot, Stage, StopReason};
+use crate::tables::{Bodies, BodyIds, Punch, Remembered, Snapshot, Stage, StopReason};
 
 /// From where to where an engine runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -218,6 +218,16 @@ pub struct Case {
     pub punch: Option<Punch>,
     /// The steps after which the state is taken, rising; 0 is the start with its contacts.
     pub moments: Vec<u64>,
+}
+
+impl Case {
+    /// The ids of its bodies.
+    pub fn ids(&self) -> BodyIds {
+        BodyIds {
+            grains: self.bodies.len() as u32,
+            walls: self.model.walls.len() as u32,
+        }
+    }
 }
 
 /// Force and torque summed on a grain: x and z, N; about y, N·m.

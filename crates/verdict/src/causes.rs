@@ -4,10 +4,11 @@
 use std::collections::HashSet;
 
 use evidence::in_parallel;
+use grains::constant::{Constant, Counted};
 use grains::model::Wall;
 use grains::tables::Snapshot;
 use grains::task::Case;
-use grains::variant::{self, Constant, Form, Variant};
+use grains::variant::{self, Form, Variant};
 use serde::Serialize;
 
 use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
@@ -67,13 +68,10 @@ impl Cause {
     pub fn sentence(&self) -> String {
         let mut with: Vec<String> = Vec::new();
         let mut look_at: Vec<&str> = Vec::new();
-        let is_of_springs = |of: &&Fitted| {
-            use Constant::{GrainStiffness, PunchStiffness, WallStiffness};
-            [GrainStiffness, WallStiffness, PunchStiffness].contains(&of.constant)
-        };
+        let is_of_springs = |of: &&Fitted| of.constant.symbol().starts_with("k_n ");
         let of_springs: Vec<&Fitted> = self.constants.iter().filter(is_of_springs).collect();
         let one_factor = of_springs.len() > 1
-            && of_springs[0].constant == Constant::GrainStiffness
+            && of_springs[0].constant.symbol() == "k_n between grains"
             && of_springs.iter().all(|of| {
                 let apart = (of.larger - of_springs[0].larger).abs();
                 apart <= 6.0 * (of.error + of_springs[0].error) + 1.0e-12
@@ -85,15 +83,15 @@ impl Cause {
             }
             let symbol = if joint { "k_n" } else { of.constant.symbol() };
             let (larger, error) = (of.larger, of.error);
-            with.push(match of.constant {
-                Constant::GravityAcross => format!("g_x = {larger:.3e}·|g| ± {error:.0e}"),
-                Constant::WallPlace(_) => format!("{symbol} off by {larger:.3e} R ± {error:.0e}"),
-                _ => {
+            with.push(match of.constant.counted() {
+                Counted::Gravity => format!("{symbol} = {larger:.3e}·|g| ± {error:.0e}"),
+                Counted::Radius => format!("{symbol} off by {larger:.3e} R ± {error:.0e}"),
+                Counted::Factor => {
                     let error = error.max(f64::EPSILON);
                     format!("{symbol} × {:.12} ± {error:.0e}", 1.0 + larger)
                 }
             });
-            let place = look_at_for(of.constant);
+            let place = of.constant.place();
             if !look_at.contains(&place) {
                 look_at.push(place);
             }
@@ -150,25 +148,6 @@ impl Cause {
                 hints.join(", ")
             ),
         }
-    }
-}
-
-fn look_at_for(constant: Constant) -> &'static str {
-    match constant {
-        Constant::GrainStiffness => "k_n = 2·E·R1·R2/(R1 + R2) (Eq. 4)",
-        Constant::WallStiffness => "k_n at walls: a wall counts as a grain of the same radius",
-        Constant::PunchStiffness => "k_n at the punch: it counts as a grain of the same radius",
-        Constant::ShearStiffness => "k_s = law.stiffness_ratio · k_n",
-        Constant::Friction => "the limit |N| tan φ (Eq. 5)",
-        Constant::Dashpot => "law.contact.viscosity",
-        Constant::Damping => "model.alpha",
-        Constant::GravityAcross | Constant::GravityUp => "model.gravity",
-        Constant::TimeStep => "model.dt",
-        Constant::Mass => "the masses in initial.csv",
-        Constant::Inertia => "the moments of inertia in initial.csv",
-        Constant::Radius => "the radii in initial.csv",
-        Constant::WallPlace(_) => "model.walls",
-        Constant::PunchSpeed => "punch.velocity, and when the punch moves: before the forces",
     }
 }
 
@@ -276,7 +255,7 @@ impl Tried<'_> {
             of_law.any(|answered| constant.is_in(&answered.asked.case))
                 && !fitted.contains(constant)
         };
-        Constant::all().into_iter().filter(plays_a_part).collect()
+        Constant::all().filter(plays_a_part).collect()
     }
 
     /// `more` forms may be taken besides the best one, if all together explain the law.

@@ -8,9 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::in_parallel;
 use evidence::moments::median;
+use grains::constant::Constant;
 use grains::tables::Snapshot;
 use grains::task::Case;
-use grains::variant::{self, Constant, Form, Variant};
+use grains::variant::{self, Form, Variant};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -197,9 +198,7 @@ pub(crate) const KINDS: usize = 4;
 
 /// Whether the first of a pair is a grain, a wall, or the punch.
 pub(crate) fn kind_of_pair(case: &Case, first: u32) -> usize {
-    let wall = case.bodies.len() as u32;
-    let punch = wall + case.model.walls.len() as u32;
-    usize::from(first >= wall) + usize::from(first >= punch)
+    case.ids().body(first) as usize
 }
 
 /// Whether each grain flies, touches grains only, a wall, or the punch.
@@ -397,27 +396,8 @@ fn least(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Option<usize> {
 }
 
 /// Which columns to leave out so that the others can be told, highest index first: of constants that cannot be told apart
-/// the one that is named later in this list stays.
+/// the one that says most of an engine stays.
 fn untold(responses: &DMatrix<f64>, free: &[Fitted]) -> Vec<usize> {
-    const GIVEN_UP_FIRST: [Constant; 17] = [
-        Constant::WallPlace(0),
-        Constant::WallPlace(1),
-        Constant::WallPlace(2),
-        Constant::PunchSpeed,
-        Constant::Radius,
-        Constant::Mass,
-        Constant::Inertia,
-        Constant::TimeStep,
-        Constant::GravityAcross,
-        Constant::GravityUp,
-        Constant::Friction,
-        Constant::PunchStiffness,
-        Constant::WallStiffness,
-        Constant::ShearStiffness,
-        Constant::Dashpot,
-        Constant::Damping,
-        Constant::GrainStiffness,
-    ];
     let mut kept: BTreeSet<usize> = (0..free.len()).collect();
     let sound: Vec<usize> = (0..responses.nrows())
         .filter(|row| responses.row(*row).iter().all(|of| of.is_finite()))
@@ -443,10 +423,8 @@ fn untold(responses: &DMatrix<f64>, free: &[Fitted]) -> Vec<usize> {
         let direction = eigen.eigenvectors.column(which);
         // Only a constant that takes part in the direction makes the others known.
         let in_it = |at: usize| direction[at].abs() > 0.1;
-        let mut given_up = GIVEN_UP_FIRST.iter().filter_map(|constant| {
-            (0..of.len()).find(|at| free[of[*at]].constant == *constant && in_it(*at))
-        });
-        match given_up.next() {
+        let given_up = (0..of.len()).filter(|at| in_it(*at));
+        match given_up.min_by_key(|at| free[of[*at]].constant.kept()) {
             Some(at) => kept.remove(&of[at]),
             None => break,
         };

@@ -4,13 +4,22 @@
 use evidence::moments::median;
 use grains::model::Wall;
 use grains::native::{NativeError, run_case};
-use grains::tables::{Contact, Snapshot};
+use grains::tables::{Body, BodyIds, Contact, Snapshot};
 use grains::task::Case;
 
 use crate::constants::{kind_of_pair, until};
 
 /// Numbers compared of a contact: overlap, normal force, tangential force, normal, point.
 pub(crate) const NUMBERS: usize = 5;
+
+/// Whether a contact is one of the punch with a grain that is neither below it nor beside it.
+pub(crate) fn at_a_corner(ids: BodyIds, of: &Contact) -> bool {
+    let is_oblique = of.normal.iter().all(|part| part.abs() > OBLIQUE);
+    ids.body(of.id1) == Body::Punch && is_oblique
+}
+
+/// A normal is not that of a face if both of its components are larger.
+const OBLIQUE: f64 = 1.0e-9;
 
 /// A contact of either table with its pair in the other.
 struct Paired<'a> {

@@ -1,17 +1,19 @@
 //! How far runs part that are the same but for rounding, and whether another engine's run lies among them. And how coarsely
 //! that engine computes, by its answers to small changes of its start.
 
+use std::sync::OnceLock;
+
 use evidence::in_parallel;
 use serde::Serialize;
 
 use crate::Answer;
 use crate::constants::{FLYING, KINDS, situations, until};
 use crate::contacts;
-use grains::native::{CaseOptions, NativeError, Noise, run_case};
-use grains::scene::Viscosity;
+use grains::constant::Constant;
+use grains::native::{CaseOptions, NativeError, Noise, Perturbation, run_case};
 use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::Case;
-use grains::variant::{self, Constant, Variant};
+use grains::variant::{self, Variant};
 
 /// Replicas of each start; three times as many for an engine in single precision.
 pub const REPLICAS: u64 = 8;
@@ -54,33 +56,24 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    const ALL: [Quantity; ALL] = [
-        Quantity::Position,
-        Quantity::Velocity,
-        Quantity::Spin,
-        Quantity::Overlap,
-        Quantity::NormalForce,
-        Quantity::TangentialForce,
-        Quantity::Normal,
-        Quantity::Point,
-        Quantity::PunchPlace,
-        Quantity::PunchForce,
+    /// Each with its name and the unit in which it is counted.
+    const NAMES: [(Quantity, &str, &str); ALL] = [
+        (Quantity::Position, "position", "R"),
+        (Quantity::Velocity, "velocity", "R a step"),
+        (Quantity::Spin, "spin", "rad a step"),
+        (Quantity::Overlap, "overlap", "R"),
+        (Quantity::NormalForce, "normal force", "mR/Δt²"),
+        (Quantity::TangentialForce, "tangential force", "mR/Δt²"),
+        (Quantity::Normal, "normal", "rad"),
+        (Quantity::Point, "contact point", "R"),
+        (Quantity::PunchPlace, "place", "R"),
+        (Quantity::PunchForce, "force", "mR/Δt²"),
     ];
 
     /// With the unit in which it is counted.
     pub fn name(self) -> (&'static str, &'static str) {
-        match self {
-            Quantity::Position => ("position", "R"),
-            Quantity::Velocity => ("velocity", "R a step"),
-            Quantity::Spin => ("spin", "rad a step"),
-            Quantity::Overlap => ("overlap", "R"),
-            Quantity::NormalForce => ("normal force", "mR/Δt²"),
-            Quantity::TangentialForce => ("tangential force", "mR/Δt²"),
-            Quantity::Normal => ("normal", "rad"),
-            Quantity::Point => ("contact point", "R"),
-            Quantity::PunchPlace => ("place", "R"),
-            Quantity::PunchForce => ("force", "mR/Δt²"),
-        }
+        let (_, name, unit) = Quantity::NAMES[self as usize];
+        (name, unit)
     }
 }
 
@@ -230,7 +223,7 @@ impl Envelope {
                 most.max(of.normal_force.abs() * push)
             });
         let steps = own.last().map_or(0, |of| of.step.abs_diff(begun)).max(1) as f64;
-        let punch = (case.bodies.len() + case.model.walls.len()) as u32;
+        let punch = case.ids().punch();
         let at_punch = own
             .iter()
             .map(|of| of.contacts.iter().filter(|of| of.id1 == punch).count());
@@ -318,7 +311,7 @@ impl Envelope {
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
             let apart = Apart::new(their, own, &self.case);
             let summary = apart.summary();
-            for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
+            for (index, (quantity, ..)) in Quantity::NAMES.into_iter().enumerate() {
                 let ratio = ratio(&summary[index], &reach[index]);
                 if index < MOTION {
                     of_motion = of_motion.max(ratio);
@@ -409,14 +402,8 @@ impl Envelope {
 
     /// How far the native engine is off with this constant larger by so much.
     fn faulty(&self, constant: Constant, larger: f64) -> Result<Option<Farthest>, NativeError> {
-        match with_larger(&self.case, constant, larger) {
-            Some(case) => Ok(self.farthest(&run_case(&case, None)?)),
-            // Of walls or punch alone no model has it.
-            None => {
-                let variant = Variant::default().and(constant, larger);
-                Ok(self.changed(&variant, STEPS_WRITTEN_OUT))
-            }
-        }
+        let fault = Perturbation::Sized(constant, larger);
+        Ok(self.farthest(&run_case(&self.case, Some(fault))?))
     }
 
     /// How far the step written out is off with this variant, within so many steps.
@@ -425,6 +412,23 @@ impl Envelope {
         let count = case.moments.len().min(self.own.len());
         self.farthest_from(&self.own[..count], &variant::run(&case, variant))
     }
+}
+
+/// What is made once for engines in double precision, and anew for any other.
+pub(crate) fn once<T: Clone>(
+    double: &OnceLock<T>,
+    resolution: Resolution,
+    make: impl FnOnce() -> Result<T, NativeError>,
+) -> Result<T, NativeError> {
+    let is_double = resolution == Resolution::DOUBLE;
+    if let Some(known) = double.get().filter(|_| is_double) {
+        return Ok(known.clone());
+    }
+    let made = make()?;
+    if is_double {
+        double.get_or_init(|| made.clone());
+    }
+    Ok(made)
 }
 
 /// The step written out is slow, and a few of them tell enough.
@@ -468,51 +472,6 @@ pub fn of_replica(noise: Noise, replica: usize) -> Noise {
 
 /// A fault that is large against rounding and small against everything else.
 const PROBE: f64 = 1.0e-7;
-
-/// The case with a constant that is larger by so much, relative; none where it is of walls or punch alone.
-fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
-    let factor = 1.0 + larger;
-    let mut faulty = case.clone();
-    let (model, bodies) = (&mut faulty.model, &mut faulty.bodies);
-    let all = |column: &mut Vec<f64>| column.iter_mut().for_each(|value| *value *= factor);
-    match constant {
-        Constant::GrainStiffness => {
-            model.law.modulus *= factor;
-            model.law.stiffness_ratio /= factor;
-        }
-        Constant::WallStiffness | Constant::PunchStiffness => return None,
-        Constant::WallPlace(index) => {
-            let mean = bodies.radius.iter().sum::<f64>() / bodies.radius.len() as f64;
-            model.walls[index].place += larger * mean;
-        }
-        Constant::PunchSpeed => faulty.punch.iter_mut().for_each(|of| of.velocity *= factor),
-        Constant::ShearStiffness => model.law.stiffness_ratio *= factor,
-        Constant::Friction => {
-            let law = &mut model.law;
-            let others = [&mut law.wall_friction_angle, &mut law.punch_friction_angle];
-            let angles = others
-                .into_iter()
-                .flatten()
-                .chain([&mut law.friction_angle]);
-            angles.for_each(|angle| *angle = (angle.tan() * factor).atan());
-        }
-        Constant::Dashpot => {
-            let Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity else {
-                // A restitution gives each pair a dashpot of its own.
-                return None;
-            };
-            *c_n *= factor;
-        }
-        Constant::Damping => model.alpha *= factor,
-        Constant::GravityAcross => model.gravity[0] += larger * model.gravity[1].abs(),
-        Constant::GravityUp => model.gravity[1] *= factor,
-        Constant::TimeStep => model.dt *= factor,
-        Constant::Mass => all(&mut bodies.mass),
-        Constant::Inertia => all(&mut bodies.inertia),
-        Constant::Radius => all(&mut bodies.radius),
-    }
-    Some(faulty)
-}
 
 /// At least so many grains tell how many digits are written.
 const ENOUGH: usize = 50;

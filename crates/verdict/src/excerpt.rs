@@ -290,13 +290,9 @@ impl Excerpt {
 
     fn not_looked_at(&self, verdict: Verdict, why: Option<String>) -> OfStart {
         OfStart {
-            law: AS_A_SCENE.to_owned(),
-            start: self.start.clone(),
-            key: self.key.clone(),
             verdict,
             skipped: why,
-            farthest: None,
-            tables: None,
+            ..OfStart::new(AS_A_SCENE, &self.start, &self.key)
         }
     }
 
@@ -312,17 +308,8 @@ impl Excerpt {
             Err(reason) => return Ok(self.not_looked_at(Verdict::Undecided, Some(reason))),
         };
         let mut judged = self.not_looked_at(Verdict::Undecided, None);
-        let known = self
-            .double
-            .get()
-            .filter(|_| resolution == Resolution::DOUBLE);
-        let envelope = match known {
-            Some(known) => known.clone(),
-            None => self.envelope(resolution.noise())?,
-        };
-        if resolution == Resolution::DOUBLE {
-            self.double.get_or_init(|| envelope.clone());
-        }
+        let make = || self.envelope(resolution.noise());
+        let envelope = envelope::once(&self.double, resolution, make)?;
         judged.farthest = envelope.farthest(&theirs);
         judged.verdict = verdict(&judged.farthest, &theirs, &envelope.own);
         judged.tables = envelope.tables_in_words(&theirs);

@@ -9,6 +9,7 @@ use grains::variant::{Form, Key, Variant};
 use serde::Serialize;
 
 use crate::constants::kind_of_pair;
+use crate::contacts::at_a_corner;
 use crate::envelope::{Envelope, STEPS_WRITTEN_OUT};
 use crate::forms;
 
@@ -80,14 +81,11 @@ pub(crate) fn untouched_corners<'a>(
 ) -> Option<&'static str> {
     let mut punched = runs.filter(|(case, _)| case.punch.is_some()).peekable();
     punched.peek()?;
-    let at_a_corner = |(case, run): (&Case, &[Snapshot])| {
+    let mut at_corners = punched.map(|(case, run)| {
         let mut contacts = run.iter().flat_map(|of| &of.contacts);
-        contacts.any(|of| {
-            let is_at_punch = kind_of_pair(case, of.id1) == 2;
-            is_at_punch && of.normal.iter().all(|part| part.abs() > AT_LIMIT)
-        })
-    };
-    let touched = punched.any(at_a_corner);
+        contacts.any(|of| at_a_corner(case.ids(), of))
+    });
+    let touched = at_corners.any(|of| of);
     (!touched).then_some("the punch's corners")
 }
 
@@ -100,7 +98,7 @@ pub(crate) fn sliding(case: &Case, run: &[Snapshot]) -> BTreeSet<u32> {
 
 /// Every key with the form of an engine that does not read it, or takes the other choice.
 fn keys() -> impl Iterator<Item = (&'static str, Form)> {
-    let unread = Key::ALL.map(|key| (key.name(), Form::Unread(key)));
+    let unread = Key::NAMES.map(|(key, name)| (name, Form::Unread(key)));
     let choices = [
         ("law.contact.rotation", Form::SpinsKept),
         ("law.contact.slip_velocity", Form::OtherSlip),

@@ -12,9 +12,8 @@ const FIRST_KICKS: [f64; 3] = [0.5, 1.5, 0.0];
 /// [`lost_contacts`](crate::constants::Search::lost_contacts).
 pub fn candidates(case: &Case) -> Vec<Form> {
     let law = &case.model.law;
-    let unread = Key::ALL
-        .into_iter()
-        .filter(|key| key.unread(case).is_some());
+    let keys = Key::NAMES.into_iter().map(|(key, _)| key);
+    let unread = keys.filter(|key| key.unread(case).is_some());
     let mut forms: Vec<Form> = unread.map(Form::Unread).collect();
     forms.extend(FIRST_KICKS.map(Form::FirstKick));
     forms.extend([Form::MovedBeforeKick, Form::MovedInMiddleOfKick]);

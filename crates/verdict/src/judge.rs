@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use evidence::in_parallel;
+use grains::constant::Constant;
 use grains::native::NativeError;
 use grains::tables::Snapshot;
 use grains::task::Case;
-use grains::variant::{Constant, Form};
+use grains::variant::Form;
 use serde::Serialize;
 
 use crate::Engine;
@@ -62,6 +63,19 @@ pub struct OfStart {
 }
 
 impl OfStart {
+    /// That was not looked at yet.
+    pub(crate) fn new(law: &str, start: &str, key: &str) -> Self {
+        OfStart {
+            law: law.to_owned(),
+            start: start.to_owned(),
+            key: key.to_owned(),
+            verdict: Verdict::Undecided,
+            skipped: None,
+            farthest: None,
+            tables: None,
+        }
+    }
+
     /// How far off it is, and where.
     pub fn in_words(&self) -> String {
         let steps = |of: u64| format!("{of} {}", if of == 1 { "step" } else { "steps" });
@@ -247,6 +261,11 @@ impl Answered<'_> {
         self.farthest.as_ref().is_some_and(Farthest::moves_right)
     }
 
+    /// The case and its native run.
+    fn run(&self) -> (&Case, &[Snapshot]) {
+        (&self.asked.case, &self.native.envelope.own)
+    }
+
     fn verdict(&self) -> Verdict {
         verdict(&self.farthest, &self.theirs, &self.native.envelope.own)
     }
@@ -264,11 +283,12 @@ impl Native {
             let limits = Vec::new();
             return Ok(Native { envelope, limits });
         }
-        let all = in_parallel(Constant::all().len(), |at| {
-            envelope.detection_limit(Constant::all()[at])
+        let constants: Vec<Constant> = Constant::all().collect();
+        let all = in_parallel(constants.len(), |at| {
+            envelope.detection_limit(constants[at])
         });
         let mut limits = Vec::new();
-        for (constant, limit) in Constant::all().into_iter().zip(all) {
+        for (constant, limit) in constants.into_iter().zip(all) {
             limits.extend(limit?.map(|limit| (constant, limit)));
         }
         Ok(Native { envelope, limits })
@@ -357,21 +377,12 @@ impl Reference {
         let mut all = Vec::with_capacity(states.len());
         let mut looked_at = Vec::new();
         for ((index, of), answer) in states.into_iter().zip(of_cases) {
-            let mut judged = OfStart {
-                law: of.law.clone(),
-                start: of.start.clone(),
-                key: of.key.clone(),
-                verdict: Verdict::Undecided,
-                skipped: None,
-                farthest: None,
-                tables: None,
-            };
+            let mut judged = OfStart::new(&of.law, &of.start, &of.key);
             match answer {
                 // Nothing need be known of it.
                 Err(reason) => judged.skipped = Some(reason),
                 Ok(theirs) => {
                     progress(&format!("replicas: {}", of.case.name));
-                    let is_double = resolution == Resolution::DOUBLE;
                     if envelope::is_rounded(&theirs) {
                         let why = "it writes at most 8 digits, and numbers must read back to the same bits (17 digits)";
                         judged.skipped = Some(why.to_owned());
@@ -379,14 +390,8 @@ impl Reference {
                         continue;
                     }
                     looked_at.push(index);
-                    let double = &self.double[index];
-                    let native = match double.get() {
-                        Some(native) if is_double => native.clone(),
-                        _ => Native::new(of, resolution)?,
-                    };
-                    if is_double {
-                        double.get_or_init(|| native.clone());
-                    }
+                    let make = || Native::new(of, resolution);
+                    let native = envelope::once(&self.double[index], resolution, make)?;
                     let answered = Answered {
                         asked: of,
                         farthest: native.envelope.farthest(&theirs),
@@ -409,10 +414,7 @@ impl Reference {
         }
         judgement.limits = limits(&all);
         judgement.resolution = resolution;
-        let runs = all
-            .iter()
-            .map(|of| (&of.asked.case, &of.native.envelope.own[..]));
-        judgement.counts = exercise::counts(runs);
+        judgement.counts = exercise::counts(all.iter().map(Answered::run));
         if judgement.of_states() != Verdict::Different {
             progress("what would not have been seen");
             judgement.unseen = self.unseen(looked_at, &all);
@@ -451,18 +453,15 @@ impl Reference {
             keys
         });
         let limits = || all.iter().flat_map(|of| &of.native.limits);
-        let constants = Constant::all().into_iter().filter(|constant| {
+        let constants = Constant::all().filter(|constant| {
             let mut states = all.iter();
             states.any(|of| constant.is_in(&of.asked.case)) && !limits().any(|of| of.0 == *constant)
         });
         let constants: Vec<&str> = constants.map(Constant::symbol).collect();
-        let runs = all
-            .iter()
-            .map(|of| (&of.asked.case, &of.native.envelope.own[..]));
         constants
             .into_iter()
             .chain(keys)
-            .chain(exercise::untouched_corners(runs))
+            .chain(exercise::untouched_corners(all.iter().map(Answered::run)))
             .map(str::to_owned)
             .collect()
     }

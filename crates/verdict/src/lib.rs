@@ -17,13 +17,15 @@
 //! | all of it in order | [`judge`] |
 //!
 //! ```
+//! use grains::constant::Constant;
 //! use grains::task::Case;
-//! use grains::variant::{self, Constant, Variant};
+//! use grains::variant::{self, Variant};
 //! use verdict::judge::{Reference, Verdict};
 //! use verdict::starts::DISPERSION;
 //!
 //! // An engine whose gravity is wrong by a millionth.
-//! let heavier = Variant::default().and(Constant::GravityUp, 1.0e-6);
+//! let gravity = Constant::with_symbol("g_z").expect("a constant");
+//! let heavier = Variant::default().and(gravity, 1.0e-6);
 //! let mut engine = |cases: &[&Case]| -> Result<Vec<verdict::Answer>, Box<dyn std::error::Error>> {
 //!     Ok(cases.iter().map(|case| Ok(variant::run(case, &heavier))).collect())
 //! };

@@ -9,12 +9,13 @@ use grains::scene::{
     Cloud, ContactLaw, Damping, Material, NewContactSlip, Rotation, Scene, SlipVelocity, Tension,
     TimeStep, TorqueArms, Viscosity, paper_scene,
 };
-use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
+use grains::tables::{Bodies, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Task};
 use serde::Serialize;
 
 use evidence::random::Source;
 
+use crate::contacts::at_a_corner;
 use crate::excerpt::Excerpt;
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
@@ -37,23 +38,21 @@ pub enum Start {
 }
 
 impl Start {
+    /// In words and for identifiers.
+    const NAMES: [(&str, &str); 4] = [
+        ("the loose cloud", "loose"),
+        ("pouring", "pouring"),
+        ("a bed at rest", "at-rest"),
+        ("a bed under the punch", "under-punch"),
+    ];
+
     pub fn name(self) -> &'static str {
-        match self {
-            Start::Loose => "the loose cloud",
-            Start::Pouring => "pouring",
-            Start::AtRest => "a bed at rest",
-            Start::UnderPunch => "a bed under the punch",
-        }
+        Start::NAMES[self as usize].0
     }
 
     /// For identifiers.
     pub fn key(self) -> &'static str {
-        match self {
-            Start::Loose => "loose",
-            Start::Pouring => "pouring",
-            Start::AtRest => "at-rest",
-            Start::UnderPunch => "under-punch",
-        }
+        Start::NAMES[self as usize].1
     }
 }
 
@@ -79,28 +78,20 @@ pub enum LawKind {
 }
 
 impl LawKind {
-    pub const ALL: [LawKind; 8] = [
-        LawKind::Springs,
-        LawKind::Friction,
-        LawKind::Dashpots,
-        LawKind::FrictionAndDashpots,
-        LawKind::OtherSprings,
-        LawKind::OtherFriction,
-        LawKind::WithoutRotation,
-        LawKind::OtherDashpots,
+    /// All of them, with their names.
+    pub const NAMES: [(LawKind, &str); 8] = [
+        (LawKind::Springs, "springs"),
+        (LawKind::Friction, "friction"),
+        (LawKind::Dashpots, "dashpots"),
+        (LawKind::FrictionAndDashpots, "friction-and-dashpots"),
+        (LawKind::OtherSprings, "springs-with-other-constants"),
+        (LawKind::OtherFriction, "friction-with-other-constants"),
+        (LawKind::WithoutRotation, "friction-without-rotation"),
+        (LawKind::OtherDashpots, "dashpots-with-other-choices"),
     ];
 
     pub fn name(self) -> &'static str {
-        match self {
-            LawKind::Springs => "springs",
-            LawKind::Friction => "friction",
-            LawKind::Dashpots => "dashpots",
-            LawKind::FrictionAndDashpots => "friction-and-dashpots",
-            LawKind::OtherSprings => "springs-with-other-constants",
-            LawKind::OtherFriction => "friction-with-other-constants",
-            LawKind::WithoutRotation => "friction-without-rotation",
-            LawKind::OtherDashpots => "dashpots-with-other-choices",
-        }
+        LawKind::NAMES[self as usize].1
     }
 
     /// Whether it stands for another value of each key.
@@ -232,7 +223,6 @@ const STABLE: f64 = 0.2;
 const FASTEST: f64 = 8.0;
 /// A grain beside the punch stands so much higher than those below it, over its radius, that a punch that does not see it starts lower.
 const HIGHER: f64 = 1.0e-3;
-const ROUGH: &str = "excerpt-pouring-friction";
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
 const LOOKED_AT: u64 = 50;
 
@@ -276,7 +266,9 @@ impl Bed {
         };
         let pressed = native::run_case(&pressing, None)?;
         // A corner at work, if there is one.
-        let at = pressed.iter().position(at_a_corner).unwrap_or(0);
+        let ids = pressing.ids();
+        let by_a_corner = |of: &Snapshot| of.contacts.iter().any(|of| at_a_corner(ids, of));
+        let at = pressed.iter().position(by_a_corner).unwrap_or(0);
         let pressed = pressed.into_iter().nth(at);
         let mut states = vec![
             (Start::Loose, loose, None),
@@ -336,101 +328,77 @@ impl Bed {
             ..staged.material.clone()
         });
         staged.loading.damping = Some(Damping::Cundall { alpha: 0.35 });
-        let excerpt = |start: Start, scene: &Scene, of: &str, key: &str| {
-            let (_, bodies, _) = self.states.iter().find(|of| of.0 == start)?;
+        let from = |start: Start, scene: &Scene| {
             let stage = match start {
                 Start::AtRest => Stage::Load,
                 _ => Stage::Settle,
             };
-            let mut bodies = bodies.clone();
+            let state = self.states.iter().find(|of| of.0 == start);
+            let mut bodies = state.expect("every bed has it").1.clone();
             can_turn(scene, &mut bodies);
-            let from = grains::task::Start {
+            grains::task::Start {
                 stage,
                 ..bodies.into()
-            };
-            Some(Excerpt::new(of, key, scene, from))
+            }
         };
-        let excerpts = [
-            excerpt(Start::Pouring, &self.scene, "pouring", "excerpt-pouring"),
-            excerpt(
-                Start::AtRest,
-                &self.scene,
-                "the beginning of loading",
-                "excerpt-loading",
-            ),
-            excerpt(Start::Pouring, &rough, "pouring with friction", ROUGH),
-        ];
-        let mut excerpts: Vec<Excerpt> = excerpts.into_iter().flatten().collect();
+        let smooth = &self.scene;
+        let (pouring, mut rest) = (from(Start::Pouring, smooth), from(Start::AtRest, smooth));
+        let rubbing = from(Start::Pouring, &rough);
+        let (name, key) = ("pouring", "excerpt-pouring");
+        let mut excerpts = vec![Excerpt::new(name, key, smooth, pouring.clone())];
+        let (name, key) = ("the beginning of loading", "excerpt-loading");
+        excerpts.push(Excerpt::new(name, key, smooth, rest.clone()));
+        let (name, key) = ("pouring with friction", "excerpt-pouring-friction");
+        excerpts.push(Excerpt::new(name, key, &rough, rubbing.clone()));
         let name = "pouring with friction, then loading with other constants";
-        let pouring = excerpts
-            .iter()
-            .find(|of| of.key == ROUGH)
-            .map(|of| of.task.start.clone());
-        excerpts
-            .extend(pouring.map(|of| Excerpt::into_loading(name, "excerpt-stages", &staged, of)));
-        let pouring = excerpts.first().map(|of| of.task.start.clone());
-        if let Some(pouring) = pouring {
-            let (scene, of) = (&self.scene, "pouring until its most steps");
-            let from = pouring.clone();
-            excerpts.push(Excerpt::to_most_steps(
-                of,
-                "excerpt-most-steps",
-                scene,
-                from,
-            ));
-            let of = "pouring that was livelier before";
-            excerpts.push(Excerpt::livelier_before(of, "excerpt-seen", scene, pouring));
-        }
-        let (of, from) = ("pouring until its rule holds", self.rising.clone());
-        let from = grains::task::Start::from(from);
+        excerpts.push(Excerpt::into_loading(
+            name,
+            "excerpt-stages",
+            &staged,
+            rubbing,
+        ));
+        let (name, key) = ("pouring until its most steps", "excerpt-most-steps");
+        excerpts.push(Excerpt::to_most_steps(name, key, smooth, pouring.clone()));
+        let name = "pouring that was livelier before";
+        excerpts.push(Excerpt::livelier_before(
+            name,
+            "excerpt-seen",
+            smooth,
+            pouring,
+        ));
+        let (name, rising) = ("pouring until its rule holds", self.rising.clone().into());
         excerpts.extend(Excerpt::until_settled(
-            of,
+            name,
             "excerpt-settled",
-            &self.scene,
-            from,
+            smooth,
+            rising,
         )?);
-        let rest = excerpts
-            .iter()
-            .find(|of| of.task.start.stage == Stage::Load);
-        if let Some(rest) = rest.map(|of| of.task.start.clone()) {
-            let name = "loading to its end";
-            excerpts.extend(Excerpt::to_end(
-                name,
-                "excerpt-to-end",
-                &self.scene,
-                rest.clone(),
-            )?);
+        let (name, key) = ("loading to its end", "excerpt-to-end");
+        excerpts.extend(Excerpt::to_end(name, key, smooth, rest.clone())?);
+        can_turn(&rough, &mut rest.bodies);
+        if let Some(mut scene) = at_its_corner(&rough, &rest.bodies) {
             // With friction at the corner that touches first the force is not that of springs alone.
             let (name, key) = ("loading by a corner to its end", "excerpt-corner");
-            let (scene, mut from) = (at_its_corner(&rough, &rest.bodies), rest);
-            can_turn(&rough, &mut from.bodies);
-            if let Some(mut scene) = scene {
-                excerpts.extend(Excerpt::to_end(name, key, &scene, from.clone())?);
-                // Nearly smooth at the punch alone, and only once loading has begun: contacts slide there.
-                scene.loading.material = Some(Material {
-                    punch_friction_angle: Some(0.05),
-                    ..scene.material.clone()
-                });
-                let from = grains::task::Start::from(from.bodies.clone());
-                let (name, key) = ("loading by a smooth punch", "excerpt-smooth-punch");
-                excerpts.push(Excerpt::into_loading(name, key, &scene, from));
-            }
-            let spins = from.bodies.spin.iter_mut().enumerate();
-            spins.for_each(|(id, own)| *own = 20.0 * SPIN * (1.7 * id as f64).sin());
-            from.stage = Stage::Settle;
-            let (name, key) = ("spinning until its rule holds", "excerpt-spins");
-            excerpts.extend(Excerpt::until_spins_settle(name, key, &rough, from)?);
+            excerpts.extend(Excerpt::to_end(name, key, &scene, rest.clone())?);
+            // Nearly smooth at the punch alone, and only once loading has begun: contacts slide there.
+            scene.loading.material = Some(Material {
+                punch_friction_angle: Some(0.05),
+                ..scene.material.clone()
+            });
+            let (name, key) = ("loading by a smooth punch", "excerpt-smooth-punch");
+            let from = rest.bodies.clone().into();
+            excerpts.push(Excerpt::into_loading(name, key, &scene, from));
         }
-        let pouring = self.states.iter().find(|of| of.0 == Start::Pouring);
-        for (number, (_, bodies, _)) in (1..=DRAWN_EXCERPTS).zip(pouring.into_iter().cycle()) {
+        let spins = rest.bodies.spin.iter_mut().enumerate();
+        spins.for_each(|(id, own)| *own = 20.0 * SPIN * (1.7 * id as f64).sin());
+        rest.stage = Stage::Settle;
+        let (name, key) = ("spinning until its rule holds", "excerpt-spins");
+        excerpts.extend(Excerpt::until_spins_settle(name, key, &rough, rest)?);
+        for number in 1..=DRAWN_EXCERPTS {
             let (scene, _) = self.drawn_scene(number);
-            let (name, key) = (
-                format!("drawn law {number}, then loading with another"),
-                format!("excerpt-drawn-{number}"),
-            );
-            let mut bodies = bodies.clone();
-            can_turn(&scene, &mut bodies);
-            let from = grains::task::Start::from(bodies);
+            let name = format!("drawn law {number}, then loading with another");
+            let key = format!("excerpt-drawn-{number}");
+            let from = from(Start::Pouring, &scene);
             excerpts.push(Excerpt::into_loading(&name, &key, &scene, from));
         }
         Ok(excerpts)
@@ -455,7 +423,7 @@ impl Bed {
                 case,
             })
         };
-        let usual = LawKind::ALL.into_iter().flat_map(of_law);
+        let usual = LawKind::NAMES.into_iter().flat_map(|(law, _)| of_law(law));
         let drawn = (1..=DRAWN).filter_map(|number| self.drawn_state(number));
         usual.chain(drawn).collect()
     }
@@ -635,21 +603,6 @@ pub struct State {
     /// How many times as fast grains are as where an engine's precision is measured.
     pub faster: f64,
     pub case: Case,
-}
-
-/// Whether a grain touches the punch with its centre neither below it nor beside it.
-fn at_a_corner(moment: &Snapshot) -> bool {
-    let Some(punch) = moment.punch else {
-        return false;
-    };
-    let of = &moment.bodies;
-    let of_punch = BodyIds::of_box(of.len() as u32).punch();
-    moment.contacts.iter().any(|contact| {
-        let id = contact.id2 as usize;
-        let outside = [of.x[id] - punch.centre[0], of.z[id] - punch.centre[1]];
-        let beyond = [0, 1].map(|axis| outside[axis].abs() > punch.half_extents[axis]);
-        contact.id1 == of_punch && beyond == [true; 2]
-    })
 }
 
 #[cfg(test)]

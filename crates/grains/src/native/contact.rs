@@ -1,11 +1,11 @@
-//! The contact law, scalar and obvious, the reference for the fast kernel: where two bodies touch and how stiff the contact
+//! The contact law, scalar, as walls and punch have it and the fast kernel must: where two bodies touch and how stiff the contact
 //! is (Eq. 4 of the paper); spring, dashpot, and the incremental tangential spring with Coulomb's limit (Eq. 5).
 //!
 //! In the plane a cross product with the spin ω about y is ω × (a_x, a_z) = (ω a_z, −ω a_x), and the torque of F at the
 //! arm a is a_z F_x − a_x F_z. The order of the operations is part of the definition: it is what gives YADE's bits.
 
 use crate::model::{Law, Wall};
-use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
+use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms};
 use crate::tables::Punch;
 
 /// Where two bodies touch. The normal points from body 1 to body 2.
@@ -200,8 +200,6 @@ pub struct ContactRules {
     pub dashpots: bool,
     pub tension: Tension,
     pub slip_velocity: SlipVelocity,
-    /// Whether corrected slip has the centres' velocities larger by (R_1 + R_2)/(R_1 + R_2 − u_n), as YADE's has.
-    pub stretched: bool,
     pub torque_arms: TorqueArms,
     pub new_contact_slip: NewContactSlip,
     /// s.
@@ -221,14 +219,8 @@ impl ContactRules {
             tan_squared: grains,
             tan_squared_at: [walls, punch],
             dashpots: law.has_dashpots(),
-            tension: match law.contact.viscosity {
-                Viscosity::None => Tension::Clipped,
-                Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => {
-                    tension
-                }
-            },
+            tension: law.contact.viscosity.tension(),
             slip_velocity: law.contact.slip_velocity,
-            stretched: true,
             torque_arms: law.contact.torque_arms,
             new_contact_slip: law.contact.new_contact_slip,
             dt,
@@ -362,10 +354,7 @@ impl ContactRules {
         }
         let [r1, r2] = touch.radii;
         let [nx, nz] = touch.normal;
-        let stretch = match self.stretched {
-            true => (r1 + r2) / (r1 + r2 - touch.overlap),
-            false => 1.0,
-        };
+        let stretch = (r1 + r2) / (r1 + r2 - touch.overlap);
         let of_two = cross(two.spin, [-r2 * nx, -r2 * nz]);
         let of_one = cross(one.spin, [r1 * nx, r1 * nz]);
         [0, 1].map(|axis| {
@@ -374,7 +363,7 @@ impl ContactRules {
     }
 
     /// Torques of a force on body 2 and its opposite on body 1, N·m.
-    pub fn torques(&self, touch: &Touch, force: [f64; 2], one: &Motion, two: &Motion) -> [f64; 2] {
+    fn torques(&self, touch: &Touch, force: [f64; 2], one: &Motion, two: &Motion) -> [f64; 2] {
         let on_one = [-force[0], -force[1]];
         match self.torque_arms {
             TorqueArms::HalfOverlap => {

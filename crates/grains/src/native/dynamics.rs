@@ -14,7 +14,7 @@ use super::state::{Constants, State};
 use super::sweep;
 use super::threads::{Team, Threads, each};
 use crate::model::Kernel;
-use crate::tables::{Bodies, Contact, Punch, Remembered, Snapshot, Stage};
+use crate::tables::{Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage};
 
 /// The parts of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -357,7 +357,7 @@ pub fn springs_and_walls(
         let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
         let radius = radius[at];
         if let Some(touch) = contact::wall(wall, position[at - first], radius) {
-            let of_wall = touch.spring_force(constants.stiffness(radius, radius));
+            let of_wall = touch.spring_force(constants.flat_stiffness(Body::Wall, radius));
             force[at - from][0] += of_wall[0];
             force[at - from][1] += of_wall[1];
         }

@@ -5,7 +5,7 @@ use super::contact::{Action, ContactRules, Memory, Motion};
 use super::neighbours::{Neighbours, Share};
 use super::state::{Constants, State, contact_row};
 use crate::model::Kernel;
-use crate::tables::{Contact, Remembered};
+use crate::tables::{Body, Contact, Remembered};
 
 /// Evaluates the contacts of a share but for those with the punch, at the present positions and velocities, and sums forces
 /// and torques on its grains. Every contact's memory moves on by a step.
@@ -28,7 +28,7 @@ pub fn evaluate_forces(
             *memory = Memory::default();
             continue;
         };
-        let of = constants.of_flat(state, at);
+        let of = constants.of_flat(state, Body::Wall, at);
         let wall = Motion::default();
         let action = rules.act(&touch, &of, &wall, &state.motion(at), memory);
         push(&mut force[at - first], &action);
@@ -55,7 +55,7 @@ pub fn punch_contacts(
             *memory = Memory::default();
             continue;
         };
-        let of = constants.of_flat(state, at);
+        let of = constants.of_flat(state, Body::Punch, at);
         let action = rules.act(&touch, &of, &motion, &state.motion(at), memory);
         on_punch -= action.force[1];
         push(&mut state.force[at], &action);
@@ -140,7 +140,8 @@ pub fn contact(
             one = punch.into();
             state.punch_touch(punch, at)
         };
-        (touch?, constants.of_flat(state, at))
+        let flat = constants.ids.body(of.id1);
+        (touch?, constants.of_flat(state, flat, at))
     };
     let normal = rules.normal_force(&touch, &parameters, &one, &state.motion(at));
     let force = [normal[0] + of.shear[0], normal[1] + of.shear[1]];

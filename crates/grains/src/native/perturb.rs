@@ -9,79 +9,32 @@ use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
 use super::state::{Constants, State};
+use crate::constant::{Constant, Given, right_wall};
 use crate::generate::{initial_bodies, symmetric};
-use crate::model::{Axis, Model, Wall};
-use crate::scene::{Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
+use crate::model::Model;
+use crate::scene::Scene;
 use crate::tables::Bodies;
 
 /// One fault in the native engine, as written on the command line: `stiffness=1e-12`, `sums=reversed`, `slow=2`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Perturbation {
-    /// The quantity of this name is multiplied by 1 + the size.
-    Sized(Name, f64),
+    /// This constant is multiplied by 1 + the size.
+    Sized(Constant, f64),
+    /// Something of the table below is done in another way.
     Switched(Name),
     /// The same steps take so many times as long, 1 to 100: a fault that no result shows, only a clock.
     Slowed(f64),
 }
 
-/// Of a fault in the tables below.
+/// Of a fault in the table below.
 pub type Name = &'static str;
 
-/// Faults by their names.
-type Faults<T> = [(Name, T)];
-
-/// What can be a little wrong, and what multiplies it by a factor.
-const QUANTITIES: &Faults<fn(&mut Constants, &mut Bodies, f64)> = &[
-    // Every k_n.
-    ("stiffness", |of, _, by| of.normal_factor *= by),
-    // Every k_s. Without friction it has no effect, so it is no fault.
-    ("shear-stiffness", |of, _, by| {
-        if of.law.has_friction() {
-            of.tangential_factor *= by;
-        }
-    }),
-    // Young's modulus, so k_n and k_s.
-    ("modulus", |of, _, by| of.law.modulus *= by),
-    ("gravity", |of, _, by| {
-        of.gravity = of.gravity.map(|g| g * by)
-    }),
-    // Every mass and moment of inertia.
-    ("density", |_, bodies, by| {
-        let all = bodies.mass.iter_mut().chain(&mut bodies.inertia);
-        all.for_each(|value| *value *= by);
-    }),
-    ("damping", |of, _, by| of.alpha *= by),
-    ("friction", |of, _, by| {
-        let others = [
-            &mut of.law.wall_friction_angle,
-            &mut of.law.punch_friction_angle,
-        ];
-        let angles = others
-            .into_iter()
-            .flatten()
-            .chain([&mut of.law.friction_angle]);
-        angles.for_each(|angle| *angle *= by);
-    }),
-    // The damping constant of the dashpots, or the restitution.
-    ("dashpot", |of, _, by| {
-        of.change_law(|law| match &mut law.contact.viscosity {
-            Viscosity::None => {}
-            Viscosity::Dashpot { c_n, .. } => *c_n *= by,
-            Viscosity::Restitution { e_n, .. } => *e_n *= by,
-        });
-    }),
-    // Of grain 0, at its contacts only.
-    ("radius", |_, bodies, by| first(&mut bodies.radius, by)),
-    ("time-step", |of, _, by| of.dt *= by),
-    // Of grain 0.
-    ("inertia", |_, bodies, by| first(&mut bodies.inertia, by)),
-    // The right wall is moved by this share of its place.
-    ("wall", |of, _, by| right_wall(of, |wall| wall.place *= by)),
-];
+/// What puts it in.
+type Switch = fn(&mut Constants);
 
 /// What can be done in another way. Where nothing slips or turns, another slip velocity or arm is no fault.
-const SWITCHES: &Faults<fn(&mut Constants)> = &[
+const SWITCHES: [(Name, Switch); 7] = [
     // The forces on a grain are summed from the highest partner down.
     ("sums=reversed", |of| of.reversed_sums = true),
     // The right wall is where nothing comes near it.
@@ -95,51 +48,23 @@ const SWITCHES: &Faults<fn(&mut Constants)> = &[
     // Half overlap and contact point change places.
     ("torque-arms=other", |of| {
         if of.law.rotates() {
-            of.law.contact.torque_arms = match of.law.contact.torque_arms {
-                TorqueArms::HalfOverlap => TorqueArms::ContactPoint,
-                TorqueArms::ContactPoint => TorqueArms::HalfOverlap,
-            }
+            of.law.contact.torque_arms = of.law.contact.torque_arms.other();
         }
     }),
     // Corrected and contact point velocity change places.
     ("ratcheting=other", |of| {
         if of.law.has_friction() {
-            of.law.contact.slip_velocity = match of.law.contact.slip_velocity {
-                SlipVelocity::RatchetingCorrected => SlipVelocity::ContactPoint,
-                SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
-            }
+            of.law.contact.slip_velocity = of.law.contact.slip_velocity.other();
         }
     }),
     // Clipped and unclipped tension change places.
     ("clipping=other", |of| {
-        of.change_law(|law| match &mut law.contact.viscosity {
-            Viscosity::None => {}
-            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => {
-                *tension = match tension {
-                    Tension::Clipped => Tension::Unclipped,
-                    Tension::Unclipped => Tension::Clipped,
-                }
-            }
-        });
+        of.change_law(|law| law.contact.viscosity.clip_otherwise());
     }),
 ];
 
-fn first(column: &mut [f64], by: f64) {
-    column.iter_mut().take(1).for_each(|value| *value *= by);
-}
-
-/// The wall x > 0 with the lowest id; without one, the last wall.
-fn right_wall(constants: &mut Constants, change: impl FnOnce(&mut Wall)) {
-    let walls = &mut constants.walls;
-    let right = |wall: &Wall| wall.axis == Axis::X && wall.place > 0.0;
-    let at = walls.iter().position(right).or(walls.len().checked_sub(1));
-    if let Some(at) = at {
-        change(&mut walls[at]);
-    }
-}
-
-fn named<T: Copy>(table: &Faults<T>, name: &str) -> Option<(Name, T)> {
-    table.iter().find(|of| of.0 == name).copied()
+fn switch(name: &str) -> Option<(Name, Switch)> {
+    SWITCHES.into_iter().find(|of| of.0 == name)
 }
 
 const SLOW: &str = "slow";
@@ -151,7 +76,7 @@ const SLOWEST: f64 = 100.0;
 #[derive(Debug, thiserror::Error)]
 #[error(
     "unknown perturbation {found:?}; write one of {} with a number S, or one of {}, or slow=F with a factor F of 1 to {SLOWEST}",
-    Perturbation::quantities().map(|name| format!("{name}=S")).collect::<Vec<_>>().join(", "),
+    Constant::faults().map(|of| format!("{of}=S")).collect::<Vec<_>>().join(", "),
     Perturbation::switches().collect::<Vec<_>>().join(", ")
 )]
 pub struct PerturbationError {
@@ -159,14 +84,9 @@ pub struct PerturbationError {
 }
 
 impl Perturbation {
-    /// The names of all quantities that can be a little wrong.
-    pub fn quantities() -> impl Iterator<Item = Name> {
-        QUANTITIES.iter().map(|of| of.0)
-    }
-
     /// The names of all things that can be done in another way.
     pub fn switches() -> impl Iterator<Item = Name> {
-        SWITCHES.iter().map(|of| of.0)
+        SWITCHES.into_iter().map(|of| of.0)
     }
 
     /// Whether a run of this scene is any different with the fault: without gravity, a fault in it is none.
@@ -178,22 +98,19 @@ impl Perturbation {
 
     /// Whether these grains with this model are any different with the fault.
     pub fn changes_case(self, model: &Model, bodies: &Bodies) -> bool {
-        let sound = Constants::new(model, bodies.len() as u32);
-        let (mut faulty, mut grains) = (sound.clone(), bodies.clone());
-        self.apply(&mut faulty, &mut grains);
-        faulty != sound || grains != *bodies
+        let sound = Given::new(model, bodies, None);
+        let mut faulty = sound.clone();
+        self.apply(&mut faulty);
+        faulty != sound
     }
 
     /// Puts the fault in.
-    pub(super) fn apply(self, constants: &mut Constants, bodies: &mut Bodies) {
+    pub(super) fn apply(self, given: &mut Given) {
         match self {
-            Perturbation::Sized(name, size) => {
-                let (_, scale) = named(QUANTITIES, name).expect("a quantity of the list");
-                scale(constants, bodies, 1.0 + size);
-            }
+            Perturbation::Sized(constant, size) => constant.enlarge(given, size),
             Perturbation::Switched(name) => {
-                let (_, change) = named(SWITCHES, name).expect("a switch of the list");
-                change(constants);
+                let (_, change) = switch(name).expect("a switch of the list");
+                change(&mut given.constants);
             }
             Perturbation::Slowed(_) => {}
         }
@@ -208,7 +125,7 @@ impl Perturbation {
     }
 
     fn known(text: &str) -> Option<Self> {
-        if let Some((name, _)) = named(SWITCHES, text) {
+        if let Some((name, _)) = switch(text) {
             return Some(Perturbation::Switched(name));
         }
         let (what, size) = text.split_once('=')?;
@@ -216,8 +133,9 @@ impl Perturbation {
         if what == SLOW && (1.0..=SLOWEST).contains(&size) {
             return Some(Perturbation::Slowed(size));
         }
-        let (name, _) = named(QUANTITIES, what).filter(|_| size.is_finite())?;
-        Some(Perturbation::Sized(name, size))
+        let mut faults = Constant::faults().filter(|_| size.is_finite());
+        let constant = faults.find(|of| of.to_string() == what)?;
+        Some(Perturbation::Sized(constant, size))
     }
 }
 
@@ -234,7 +152,7 @@ impl FromStr for Perturbation {
 impl fmt::Display for Perturbation {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Perturbation::Sized(name, size) => write!(out, "{name}={size:e}"),
+            Perturbation::Sized(constant, size) => write!(out, "{constant}={size:e}"),
             Perturbation::Switched(name) => out.write_str(name),
             Perturbation::Slowed(factor) => write!(out, "{SLOW}={factor}"),
         }

@@ -9,6 +9,7 @@ use super::perturb::{Noise, Perturbation, Shaker};
 use super::state::Constants;
 use super::threads::Threads;
 use super::timing::{Slowness, ThreadTime};
+use crate::constant::Given;
 use crate::generate::can_turn;
 use crate::model::Model;
 use crate::scene::Scene;
@@ -107,14 +108,12 @@ pub fn run(
 
 /// The constants of a stage and the grains, with the fault if one is asked for.
 fn faulty(scene: &Scene, stage: Stage, options: &Options, bodies: &Bodies) -> (Constants, Bodies) {
-    let model = Model::in_stage(scene, stage);
-    let mut constants = Constants::new(&model, scene.particles.count);
-    constants.box_width = Some(scene.container.width);
-    let mut bodies = bodies.clone();
+    let mut given = Given::new(&Model::in_stage(scene, stage), bodies, None);
+    given.constants.box_width = Some(scene.container.width);
     if let Some(perturbation) = options.perturbation {
-        perturbation.apply(&mut constants, &mut bodies);
+        perturbation.apply(&mut given);
     }
-    (constants, bodies)
+    (given.constants, given.bodies)
 }
 
 struct Runner<'a> {

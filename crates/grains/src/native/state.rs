@@ -3,7 +3,7 @@
 use super::contact::{self, ContactRules, Motion, Parameters, Touch};
 use crate::model::{Kernel, Law, Model, Wall, damping_ratio};
 use crate::scene::Viscosity;
-use crate::tables::{Bodies, BodyIds, Contact, Punch, tangential};
+use crate::tables::{Bodies, Body, BodyIds, Contact, Punch, tangential};
 
 /// Positions, velocities and forces, a pair of components a grain. Grains stand at places in memory that neighbour lists
 /// choose; whatever leaves the engine and every sum over grains is in the order of their numbers, which are their ids.
@@ -206,12 +206,12 @@ pub fn contact_row(id1: u32, id2: u32, touch: &Touch, force: [f64; 2]) -> Contac
 pub struct Constants {
     /// Moduli, angles and options of the contact law.
     pub law: Law,
-    /// Relative change of every k_n; 1 unless it is perturbed.
-    pub normal_factor: f64,
+    /// What every k_n is multiplied by between grains, at walls and at the punch; 1 unless it is perturbed.
+    pub normal_factors: [f64; 3],
     /// Relative change of every k_s; 1 unless it is perturbed.
     pub tangential_factor: f64,
     /// Damping ratio of the dashpots, where a restitution is asked for.
-    damping_ratio: f64,
+    pub damping_ratio: f64,
     /// m/s².
     pub gravity: [f64; 2],
     /// Cundall's α.
@@ -234,7 +234,7 @@ impl Constants {
     pub fn new(model: &Model, grains: u32) -> Self {
         Constants {
             law: model.law.clone(),
-            normal_factor: 1.0,
+            normal_factors: [1.0; 3],
             tangential_factor: 1.0,
             damping_ratio: ratio(&model.law),
             gravity: model.gravity,
@@ -267,10 +267,19 @@ impl Constants {
         ContactRules::new(&self.law, self.dt)
     }
 
-    /// k_n of two grains, or of a grain and a flat body (give its radius twice), N/m.
+    /// k_n of two grains, N/m.
     pub fn stiffness(&self, radius1: f64, radius2: f64) -> f64 {
+        self.normal_stiffness(Body::Grain, radius1, radius2)
+    }
+
+    /// k_n of a grain of this radius and such a flat body, N/m.
+    pub fn flat_stiffness(&self, flat: Body, radius: f64) -> f64 {
+        self.normal_stiffness(flat, radius, radius)
+    }
+
+    fn normal_stiffness(&self, first: Body, radius1: f64, radius2: f64) -> f64 {
         let side = |radius: f64| self.law.modulus * radius;
-        self.in_series(side(radius1), side(radius2)) * self.normal_factor
+        self.in_series(side(radius1), side(radius2)) * self.normal_factors[first as usize]
     }
 
     /// Stiffness of two grains' springs k = E·R in series, N/m: 2 k_a k_b/(k_a + k_b), which for equal moduli is Eq. 4,
@@ -283,8 +292,8 @@ impl Constants {
         }
     }
 
-    /// k_s of the same, N/m: two springs k_s/k_n·E·R in series.
-    pub fn tangential_stiffness(&self, radius1: f64, radius2: f64) -> f64 {
+    /// k_s, N/m: two springs k_s/k_n·E·R in series.
+    fn tangential_stiffness(&self, radius1: f64, radius2: f64) -> f64 {
         let side = |radius: f64| self.law.modulus * radius * self.law.stiffness_ratio;
         self.in_series(side(radius1), side(radius2)) * self.tangential_factor
     }
@@ -292,19 +301,19 @@ impl Constants {
     /// The parameters of a contact of the grains at these places, the lower number first.
     pub fn of_pair(&self, state: &State, first: usize, second: usize) -> Parameters {
         let [(r1, m1), (r2, m2)] = [first, second].map(|at| (state.radius[at], state.mass[at]));
-        self.parameters(r1, r2, m1 * m2 / (m1 + m2))
+        self.parameters(Body::Grain, [r1, r2], m1 * m2 / (m1 + m2))
     }
 
-    /// Those of the grain at this place at a wall or the punch.
-    pub fn of_flat(&self, state: &State, at: usize) -> Parameters {
-        let radius = state.radius[at];
-        self.parameters(radius, radius, state.mass[at])
+    /// Those of such a flat body and the grain at this place.
+    pub fn of_flat(&self, state: &State, flat: Body, at: usize) -> Parameters {
+        self.parameters(flat, [state.radius[at]; 2], state.mass[at])
     }
 
     /// The parameters of a contact with the effective mass m_eff, kg: m_1 m_2/(m_1 + m_2) of two
     /// grains, the grain's own at a wall or the punch.
-    pub fn parameters(&self, radius1: f64, radius2: f64, effective_mass: f64) -> Parameters {
-        let k_n = self.stiffness(radius1, radius2);
+    fn parameters(&self, first: Body, radii: [f64; 2], effective_mass: f64) -> Parameters {
+        let [radius1, radius2] = radii;
+        let k_n = self.normal_stiffness(first, radius1, radius2);
         Parameters {
             k_n,
             k_s: self.tangential_stiffness(radius1, radius2),
