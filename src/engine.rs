@@ -1,8 +1,11 @@
-//! Engines that are programs of their own: YADE, LAMMPS, LIGGGHTS, and those of users; and what an engine says of itself: its
-//! name, and which parts of the model it has.
+//! Engines: what is asked of any of them, and the three kinds that there are, the native one, YADE, and programs that speak the
+//! engine protocol. And what an engine says of itself: its name, and which parts of the model it has.
 
 pub mod exec;
+pub mod named;
+pub mod native;
 pub mod read;
+mod record;
 pub mod watch;
 pub mod yade;
 
@@ -18,14 +21,105 @@ use watch::Limits;
 use crate::exit;
 use crate::files::{FileError, Place, read_text, work_folder};
 use grains::model::Model;
-use grains::native::{NativeError, Trouble};
+use grains::native::{self as own, NativeError, Trouble};
 use grains::scene::Scene;
 use grains::tables::Stage;
-use grains::task::{Case, Task, Until};
+use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
+use verdict::Answer;
+
+pub use record::EngineRecord;
 
 /// With the error of an engine that is a program, if no other is named.
 pub type Result<T, E = ProgramError> = std::result::Result<T, E>;
+
+/// An engine, ready to be asked. Whoever has one can be asked for runs and small experiments; the rest says what is
+/// told of it.
+pub trait Engine: std::fmt::Debug + Send + Sync {
+    /// For whoever waits for it: `YADE sorted`.
+    fn name(&self) -> String;
+
+    /// How `crossgrain run` is told to take it, the path left out: it belongs to a machine.
+    fn words(&self) -> String {
+        "--engine exec:PATH".to_owned()
+    }
+
+    /// What it says of itself. YADE is started for its version.
+    fn describe(&self) -> Result<Description, EngineError>;
+
+    /// Terms of the model that it says it has in another form.
+    fn forms(&self) -> &[Form] {
+        &[]
+    }
+
+    /// What it does not have of what the task asks for, in words.
+    fn lacks(&self, _scene: &Scene, _task: &Task) -> Option<String> {
+        None
+    }
+
+    /// What it does not have of what the case asks for, in words.
+    fn lacks_for(&self, _case: &Case) -> Option<String> {
+        None
+    }
+
+    /// That it is here, and has all that the task asks for.
+    fn check(&self, scene: &Scene, task: &Task) -> Result<(), EngineError> {
+        let missing = self.lacks(scene, task).into_iter().collect();
+        Ok(has_all(self.name(), missing, exec::HINT_SCENE)?)
+    }
+
+    /// Runs the task. `work` is an empty folder on a disk with room for about 2 MB a moment of history, for engines in other
+    /// processes.
+    fn run(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        work: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Run, EngineError>;
+
+    /// What it makes of each case, in order, in one start; `work` is an empty folder.
+    fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError>;
+
+    /// The options of the native engine where it is that one, for what no other does: going on from a state, and pouring with
+    /// softened grains.
+    fn native(&self) -> Option<&own::Options> {
+        None
+    }
+
+    /// Whether this program has it or translates for it, so that nobody can have misread the protocol.
+    fn is_of_this_program(&self) -> bool {
+        false
+    }
+
+    /// The end of the name of its log where one is kept, and whose it is.
+    fn log(&self) -> [&'static str; 2] {
+        [".engine.log", "the engine's"]
+    }
+}
+
+/// What an engine makes of a task.
+#[derive(Debug)]
+pub struct Run {
+    pub outcome: Outcome,
+    pub engine: EngineRecord,
+    /// What it printed.
+    pub log: String,
+    /// Processor time in another process, s.
+    pub elsewhere: f64,
+}
+
+/// That nothing is missing.
+fn has_all(engine: String, missing: Vec<String>, hint: &'static str) -> Result<()> {
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(ProgramError::Unsupported {
+        engine,
+        missing,
+        hint,
+    })
+}
 
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {

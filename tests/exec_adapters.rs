@@ -1,6 +1,7 @@
 //! LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM through their adapters. Without the feature `live` these are listed as ignored and not made;
 //! with it a missing one is a failure.
 
+use crossgrain::engine::Engine;
 use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
 use grains::model::{Axis, Model, Wall};
 use grains::native::contact::{self, ContactRules, Memory, Motion, Parameters, Touch};
@@ -128,8 +129,7 @@ fn bed() -> (Scene, Case) {
 /// The case as the native engine and an adapter make it, within rounding of each other.
 fn alike_up_to_rounding(case: &Case, adapter: &str) -> [Vec<Snapshot>; 2] {
     let engine = ExternalEngine::ask(Options::new(adapter_path(adapter))).expect("an engine");
-    let (of, options) = (&engine.description, &engine.options);
-    let theirs = exec::run_cases(&[case], of, options, &new_folder()).expect("an answer");
+    let theirs = engine.run_cases(&[case], &new_folder()).expect("an answer");
     let theirs = theirs.into_iter().next().expect("a case").expect("a track");
     let native = run_case(case, None).expect("a track");
     for ((their, own), (step, allowed)) in theirs.iter().zip(&native).zip(ROUNDING) {

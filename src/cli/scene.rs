@@ -4,16 +4,17 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::engine::{Several, of_this_program};
 use super::run::YadeLimits;
 use super::{json, print, tell};
 use crate::checks::Outcome;
 use crate::document::Table;
+use crate::engine::named::Named;
 use crate::error::{Error, exit};
 use crate::files::work_folder;
 use crate::run::folder::read_scene;
 use crate::study::realization::fast_scene;
 use crate::suite::parameters::{self, Parameter, ParameterPair};
-use crate::suite::run::Engines;
 use grains::model::Model;
 use grains::scene::{Scene, json_schema, paper_scene};
 use grains::tables::Stage;
@@ -93,9 +94,9 @@ impl Verb {
 pub struct Parameters {
     /// A scene file
     scene: PathBuf,
-    /// Which engine is asked; both must be equal to 1e-14
-    #[arg(long, value_enum)]
-    engine: Engines,
+    /// native, yade or both: which engine is asked; both must be equal to 1e-14
+    #[arg(long, value_parser = of_this_program)]
+    engine: Several,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -108,10 +109,10 @@ const ASKED: &str = "Parameters, asked of ten grains that touch each other, a wa
 impl Parameters {
     fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
-        match self.engine {
-            Engines::Native => self.show(&parameters::of_native(&scene)?),
-            Engines::Yade => self.show(&self.of_yade(&scene)?),
-            Engines::Both => {
+        match &self.engine[..] {
+            [Named::Native] => self.show(&parameters::of_native(&scene)?),
+            [_] => self.show(&self.of_yade(&scene)?),
+            _ => {
                 let native = parameters::of_native(&scene)?;
                 self.compare(&parameters::side_by_side(native, &self.of_yade(&scene)?))
             }

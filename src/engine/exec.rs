@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::read::{self, Timed, TimedSteps};
 use super::watch::{self, Beats, Done, Limits, end_of, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
-use super::{ProgramError, Result, nonsense};
+use super::{Engine, EngineError, EngineRecord, ProgramError, Result, Run, has_all, nonsense};
 use crate::child::{Group, on_path};
 use crate::files::{
     FileError, Listed, Place, created, failed, file_digest, listed, make_executable, new_folder,
@@ -26,6 +26,7 @@ use grains::model::Model;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Punch, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
+use grains::variant::Form;
 use verdict::Answer;
 
 pub const PROTOCOL: u32 = 1;
@@ -339,6 +340,72 @@ impl Adapter {
     }
 }
 
+impl Engine for ExternalEngine {
+    fn name(&self) -> String {
+        let name = self.options.program.file_name().unwrap_or_default();
+        format!("exec {}", name.to_string_lossy())
+    }
+
+    fn describe(&self) -> Result<Description, EngineError> {
+        Ok(self.description.clone())
+    }
+
+    fn forms(&self) -> &[Form] {
+        &self.description.forms
+    }
+
+    fn lacks(&self, scene: &Scene, task: &Task) -> Option<String> {
+        listed_parts(&missing_for_scene(&self.description, scene, task))
+    }
+
+    fn lacks_for(&self, case: &Case) -> Option<String> {
+        listed_parts(&missing_for_case(&self.description, case))
+    }
+
+    fn check(&self, scene: &Scene, task: &Task) -> Result<(), EngineError> {
+        Ok(check_scene(&self.description, scene, task, &[])?)
+    }
+
+    fn run(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        work: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Run, EngineError> {
+        let run = run(scene, task, self, work, observer)?;
+        let told = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
+        Ok(Run {
+            elsewhere: run.took.processor_seconds.unwrap_or_else(|| told.sum()),
+            outcome: run.outcome,
+            engine: EngineRecord::Exec {
+                described: self.description.clone(),
+                digest: self.digest.clone(),
+            },
+            log: run.log,
+        })
+    }
+
+    /// Every case must ask only for what the engine has.
+    fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
+        let missing = |case: &&Case| missing_for_case(&self.description, case);
+        let missing: BTreeSet<Part> = cases.iter().flat_map(missing).collect();
+        has_all(self.description.name.clone(), in_words(missing), HINT_CASES)?;
+        write_cases(work, cases, &Value::Null)?;
+        start(&self.options, work, &mut ())?;
+        let results = read::cases(work, cases)?.into_iter();
+        Ok(results.map(|of| of.map(|run| run.track)).collect())
+    }
+}
+
+fn listed_parts(missing: &[Part]) -> Option<String> {
+    (!missing.is_empty()).then(|| Part::list(missing))
+}
+
+fn in_words(missing: impl IntoIterator<Item = Part>) -> Vec<String> {
+    missing.into_iter().map(Part::in_words).collect()
+}
+
 #[derive(Debug)]
 pub struct ProgramRun {
     pub outcome: Outcome,
@@ -373,40 +440,12 @@ pub fn run(
 pub fn check_scene(engine: &Description, scene: &Scene, task: &Task, aside: &[Part]) -> Result<()> {
     let missing = missing_for_scene(engine, scene, task).into_iter();
     let missing = missing.filter(|part| !aside.contains(part));
-    has_all(engine, missing.collect(), HINT_SCENE)
+    has_all(engine.name.clone(), in_words(missing), HINT_SCENE)
 }
 
-const HINT_SCENE: &str = "take an engine that has it, or a scene that does not ask for it; of `crossgrain run` --until settled \
+pub(super) const HINT_SCENE: &str = "take an engine that has it, or a scene that does not ask for it; of `crossgrain run` --until settled \
                           needs no punch, and --steps N no rules that end a stage either";
 const HINT_CASES: &str = "these experiments ask for it";
-
-fn has_all(engine: &Description, missing: BTreeSet<Part>, hint: &'static str) -> Result<()> {
-    if missing.is_empty() {
-        return Ok(());
-    }
-    Err(ProgramError::Unsupported {
-        engine: engine.name.clone(),
-        missing: missing.into_iter().map(Part::in_words).collect(),
-        hint,
-    })
-}
-
-/// Runs the cases in one start of the engine, in order; `work` is an empty folder. Every case must ask only for what the
-/// engine has ([`missing_for_case`]).
-pub fn run_cases(
-    cases: &[&Case],
-    description: &Description,
-    options: &Options,
-    work: &Path,
-) -> Result<Vec<Answer>> {
-    let missing = |case: &&Case| missing_for_case(description, case);
-    let missing = cases.iter().flat_map(missing).collect();
-    has_all(description, missing, HINT_CASES)?;
-    write_cases(work, cases, &Value::Null)?;
-    start(options, work, &mut ())?;
-    let results = read::cases(work, cases)?.into_iter();
-    Ok(results.map(|of| of.map(|run| run.track)).collect())
-}
 
 /// Has the engine time steps of this bed by its own clock; `work` is an empty folder. The engine's program runs `under`
 /// another one, such as valgrind, if any is named.
@@ -420,7 +459,7 @@ pub fn time(
 ) -> Result<Timed> {
     let description = &engine.description;
     let missing = (!description.has(Part::Timing)).then_some(Part::Timing);
-    has_all(description, missing.into_iter().collect(), HINT_CASES)?;
+    has_all(description.name.clone(), in_words(missing), HINT_CASES)?;
     write_timing(work, model, bodies, steps, under, &Value::Null)?;
     start(&engine.options, work, &mut ())?;
     read::timed(work, model, bodies, steps)

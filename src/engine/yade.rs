@@ -7,19 +7,26 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::exec::{ProgramRun, SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
 use super::watch::{Done, Limits};
-use super::{ProgramError, Result, ensure, exec, nonsense, read, read_json};
+use super::{
+    Description, Engine, EngineError, EngineRecord, Part, ProgramError, Result, Run, ensure, exec,
+    nonsense, read, read_json,
+};
 use crate::child::on_path;
-use crate::files::{Place, link, new_folder, regular, sha256_hex, whole_path, write_whole};
+use crate::files::{
+    Place, link, new_folder, regular, sha256_hex, whole_path, work_folder, write_whole,
+};
 use grains::model::Model;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::{Case, Effective, Load, Observer, Task};
+use verdict::Answer;
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);
@@ -55,6 +62,85 @@ impl Options {
     /// What the scripts are told besides the job.
     fn settings(&self) -> Value {
         json!({"sorted": self.sorted, "verlet_distance": self.verlet_distance})
+    }
+
+    fn order(&self) -> &'static str {
+        ["ordinary", "sorted"][usize::from(self.sorted)]
+    }
+}
+
+impl Engine for Options {
+    fn name(&self) -> String {
+        match self.sorted {
+            true => "YADE sorted".to_owned(),
+            false => format!("YADE ordinary {:?}", self.verlet_distance),
+        }
+    }
+
+    fn words(&self) -> String {
+        let (order, distance) = (self.order(), self.verlet_distance);
+        format!("--engine yade --loop {order} --verlet-distance {distance:?}")
+    }
+
+    fn describe(&self) -> Result<Description, EngineError> {
+        let work = work_folder().map_err(ProgramError::File)?;
+        let (_, version) = run_cases(&[], self, work.path(), &mut ())?;
+        Ok(Description {
+            protocol: exec::PROTOCOL,
+            name: "YADE".to_owned(),
+            version: format!("{version}, {} loop", self.order()),
+            parts: Part::value_variants().to_vec(),
+            approximations: Vec::new(),
+            forms: Vec::new(),
+        })
+    }
+
+    fn lacks(&self, scene: &Scene, _task: &Task) -> Option<String> {
+        lacking(scene)
+    }
+
+    fn lacks_for(&self, case: &Case) -> Option<String> {
+        unsupported(&case.model)
+    }
+
+    fn check(&self, scene: &Scene, _task: &Task) -> Result<(), EngineError> {
+        check_scene(scene, self)?;
+        Ok(())
+    }
+
+    fn run(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        work: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Run, EngineError> {
+        let run = run(scene, task, self, work, observer)?;
+        let stages = run.outcome.stages.iter();
+        Ok(Run {
+            elsewhere: stages.map(|stage| stage.cpu_seconds).sum(),
+            outcome: run.outcome,
+            engine: EngineRecord::Yade {
+                version: run.version,
+                sorted: self.sorted,
+                verlet_distance: self.verlet_distance,
+                script: script_digest(),
+            },
+            log: run.log,
+        })
+    }
+
+    fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
+        let (made, _) = run_cases(cases, self, work, &mut ())?;
+        Ok(made.into_iter().map(|of| Ok(of.track)).collect())
+    }
+
+    fn is_of_this_program(&self) -> bool {
+        true
+    }
+
+    fn log(&self) -> [&'static str; 2] {
+        [".yade.log", "YADE's"]
     }
 }
 
