@@ -14,16 +14,17 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use exec::{Options, PROTOCOL};
+use read::{Timed, TimedSteps};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use watch::Limits;
+use watch::{Done, Limits};
 
 use crate::exit;
 use crate::files::{FileError, Place, read_text, work_folder};
 use grains::model::Model;
 use grains::native::{self as own, NativeError, Trouble};
 use grains::scene::Scene;
-use grains::tables::Stage;
+use grains::tables::{Bodies, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
 use verdict::Answer;
@@ -64,8 +65,8 @@ pub trait Engine: std::fmt::Debug + Send + Sync {
 
     /// That it is here, and has all that the task asks for.
     fn check(&self, scene: &Scene, task: &Task) -> Result<(), EngineError> {
-        let missing = self.lacks(scene, task).into_iter().collect();
-        Ok(has_all(self.name(), missing, exec::HINT_SCENE)?)
+        let lacking = self.lacks(scene, task);
+        Ok(has_all(&self.describe()?.name, lacking, exec::HINT_SCENE)?)
     }
 
     /// Runs the task. `work` is an empty folder on a disk with room for about 2 MB a moment of history, for engines in other
@@ -80,6 +81,22 @@ pub trait Engine: std::fmt::Debug + Send + Sync {
 
     /// What it makes of each case, in order, in one start; `work` is an empty folder.
     fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError>;
+
+    /// Times steps of this bed by its own clock, and its version; `work` is an empty folder.
+    fn time(
+        &self,
+        _model: &Model,
+        _bodies: &Bodies,
+        _steps: TimedSteps,
+        _work: &Path,
+    ) -> Result<(Timed, String), EngineError> {
+        let error = ProgramError::Unsupported {
+            engine: self.describe()?.name,
+            missing: Part::Timing.in_words(),
+            hint: exec::HINT_CASES,
+        };
+        Err(error.into())
+    }
 
     /// The options of the native engine where it is that one, for what no other does: going on from a state, and pouring with
     /// softened grains.
@@ -105,19 +122,30 @@ pub struct Run {
     pub engine: EngineRecord,
     /// What it printed.
     pub log: String,
-    /// Processor time in another process, s.
-    pub elsewhere: f64,
+    /// What the job took in another process, its start and its tables included, as this program has seen it.
+    pub took: Option<Done>,
+}
+
+impl Run {
+    /// Processor time in another process, s: as the system tells it, or else as the engine does.
+    pub fn elsewhere(&self) -> f64 {
+        let stages = self.outcome.stages.iter();
+        self.took.map_or(0.0, |took| {
+            let told = stages.map(|stage| stage.cpu_seconds).sum();
+            took.processor_seconds.unwrap_or(told)
+        })
+    }
 }
 
 /// That nothing is missing.
-fn has_all(engine: String, missing: Vec<String>, hint: &'static str) -> Result<()> {
-    if missing.is_empty() {
-        return Ok(());
-    }
-    Err(ProgramError::Unsupported {
-        engine,
-        missing,
-        hint,
+fn has_all(engine: &str, missing: Option<String>, hint: &'static str) -> Result<()> {
+    let engine = engine.to_owned();
+    missing.map_or(Ok(()), |missing| {
+        Err(ProgramError::Unsupported {
+            engine,
+            missing,
+            hint,
+        })
     })
 }
 
@@ -176,10 +204,10 @@ pub enum ProgramError {
         exec::PROTOCOL
     )]
     OtherProtocol { found: u64 },
-    #[error("{engine} has no {}; {hint}", missing.join(", "))]
+    #[error("{engine} has no {missing}; {hint}")]
     Unsupported {
         engine: String,
-        missing: Vec<String>,
+        missing: String,
         hint: &'static str,
     },
     #[error("the engine refused: {0}")]
@@ -364,8 +392,8 @@ pub fn describe(options: &Options) -> Result<Description> {
         ..options.limits
     };
     let asked = Options {
-        program: options.program.clone(),
         limits,
+        ..options.clone()
     };
     let undescribed = undescribed(&options.program);
     exec::ask(&asked, work.path()).map_err(|error| match error {

@@ -84,7 +84,7 @@ fn followed(
             outcome,
             engine: record(options),
             log: String::new(),
-            elsewhere: 0.0,
+            took: None,
         },
         (run, _, _) => run?,
     };

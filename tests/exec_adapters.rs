@@ -2,7 +2,7 @@
 //! with it a missing one is a failure.
 
 use crossgrain::engine::Engine;
-use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
+use crossgrain::engine::exec::{Adapter, ExternalEngine, Options, usual_limits};
 use grains::model::{Axis, Model, Wall};
 use grains::native::contact::{self, ContactRules, Memory, Motion, Parameters, Touch};
 use grains::native::{first_contact_punch, run_case};
@@ -344,7 +344,7 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
             ..initial_bodies(&scene).into()
         };
         let engine = ExternalEngine::ask(Options::new(adapter_path(name))).expect("an engine");
-        let run = exec::run(&scene, &Task::settle(start), &engine, work, &mut ());
+        let run = engine.run(&scene, &Task::settle(start), work, &mut ());
         let stages = run.expect("a run").outcome.stages;
         assert_eq!(stages[0].steps, scene.settle.check_every, "{name}");
     }

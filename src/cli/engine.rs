@@ -258,14 +258,6 @@ pub fn several(text: &str) -> Result<Several, String> {
     }
 }
 
-/// The engines of this program, one or both.
-pub fn of_this_program(text: &str) -> Result<Several, String> {
-    let engines = several(text).ok();
-    engines
-        .filter(|of| !matches!(of[..], [Named::Exec(_)]))
-        .ok_or("an engine is native, yade or both".to_owned())
-}
-
 /// As a command has them, a path left out: it belongs to a machine.
 pub fn name(of: &Several) -> &'static str {
     match &of[..] {

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
-use super::engine::{Several, of_this_program};
+use super::engine::{Several, several};
 use super::run::YadeLimits;
 use super::{json, print, tell};
 use crate::checks::Outcome;
@@ -94,8 +95,8 @@ impl Verb {
 pub struct Parameters {
     /// A scene file
     scene: PathBuf,
-    /// native, yade or both: which engine is asked; both must be equal to 1e-14
-    #[arg(long, value_parser = of_this_program)]
+    /// Which engine is asked; both must be equal to 1e-14
+    #[arg(long, value_parser = names())]
     engine: Several,
     /// Print JSON
     #[arg(long)]
@@ -105,6 +106,11 @@ pub struct Parameters {
 }
 
 const ASKED: &str = "Parameters, asked of ten grains that touch each other, a wall and the punch";
+
+/// Of the engines of this program.
+fn names() -> impl TypedValueParser<Value = Several> {
+    PossibleValuesParser::new(["native", "yade", "both"]).try_map(|text| several(&text))
+}
 
 impl Parameters {
     fn execute(self) -> Result<u8, Error> {

@@ -25,7 +25,7 @@ use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Punch, Stage};
-use grains::task::{Case, Observer, Outcome, Task, Until};
+use grains::task::{Case, Observer, Task, Until};
 use grains::variant::Form;
 use verdict::Answer;
 
@@ -36,6 +36,8 @@ pub const PROTOCOL: u32 = 1;
 pub struct Options {
     pub program: PathBuf,
     pub limits: Limits,
+    /// A program, with its arguments, that what it times is to run under, such as valgrind; usually none.
+    pub under: Vec<String>,
 }
 
 impl Options {
@@ -43,6 +45,7 @@ impl Options {
         Options {
             program,
             limits: usual_limits(),
+            under: Vec::new(),
         }
     }
 }
@@ -334,8 +337,8 @@ impl Adapter {
         }
         make_executable(&program)?;
         ExternalEngine::ask(Options {
-            program,
             limits: limits.clone(),
+            ..Options::new(program)
         })
     }
 }
@@ -355,15 +358,11 @@ impl Engine for ExternalEngine {
     }
 
     fn lacks(&self, scene: &Scene, task: &Task) -> Option<String> {
-        listed_parts(&missing_for_scene(&self.description, scene, task))
+        listed_parts(missing_for_scene(&self.description, scene, task))
     }
 
     fn lacks_for(&self, case: &Case) -> Option<String> {
-        listed_parts(&missing_for_case(&self.description, case))
-    }
-
-    fn check(&self, scene: &Scene, task: &Task) -> Result<(), EngineError> {
-        Ok(check_scene(&self.description, scene, task, &[])?)
+        listed_parts(missing_for_case(&self.description, case))
     }
 
     fn run(
@@ -373,16 +372,19 @@ impl Engine for ExternalEngine {
         work: &Path,
         observer: &mut dyn Observer,
     ) -> Result<Run, EngineError> {
-        let run = run(scene, task, self, work, observer)?;
-        let told = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
+        self.check(scene, task)?;
+        write_scene(work, scene, task, &Value::Null)?;
+        self.check_unchanged()?;
+        let took = start(&self.options, work, observer)?;
+        self.check_unchanged()?;
         Ok(Run {
-            elsewhere: run.took.processor_seconds.unwrap_or_else(|| told.sum()),
-            outcome: run.outcome,
+            outcome: read::scene(work, scene, task, observer)?,
             engine: EngineRecord::Exec {
                 described: self.description.clone(),
                 digest: self.digest.clone(),
             },
-            log: run.log,
+            log: log(work),
+            took: Some(took),
         })
     }
 
@@ -390,80 +392,39 @@ impl Engine for ExternalEngine {
     fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
         let missing = |case: &&Case| missing_for_case(&self.description, case);
         let missing: BTreeSet<Part> = cases.iter().flat_map(missing).collect();
-        has_all(self.description.name.clone(), in_words(missing), HINT_CASES)?;
+        has_all(&self.description.name, listed_parts(missing), HINT_CASES)?;
         write_cases(work, cases, &Value::Null)?;
         start(&self.options, work, &mut ())?;
         let results = read::cases(work, cases)?.into_iter();
         Ok(results.map(|of| of.map(|run| run.track)).collect())
     }
+
+    fn time(
+        &self,
+        model: &Model,
+        bodies: &Bodies,
+        steps: TimedSteps,
+        work: &Path,
+    ) -> Result<(Timed, String), EngineError> {
+        let Description { name, version, .. } = &self.description;
+        let has_timing = self.description.has(Part::Timing);
+        let missing = (!has_timing).then(|| Part::Timing.in_words());
+        has_all(name, missing, HINT_CASES)?;
+        let under = &self.options.under;
+        write_timing(work, model, bodies, steps, under, &Value::Null)?;
+        start(&self.options, work, &mut ())?;
+        Ok((read::timed(work, model, bodies, steps)?, version.clone()))
+    }
 }
 
-fn listed_parts(missing: &[Part]) -> Option<String> {
-    (!missing.is_empty()).then(|| Part::list(missing))
-}
-
-fn in_words(missing: impl IntoIterator<Item = Part>) -> Vec<String> {
-    missing.into_iter().map(Part::in_words).collect()
-}
-
-#[derive(Debug)]
-pub struct ProgramRun {
-    pub outcome: Outcome,
-    pub version: String,
-    pub log: String,
-    /// What the job took, its start and its tables included, as this program has seen it.
-    pub took: Done,
-}
-
-/// Runs the task. `work` is an empty folder on a disk with room for about 2 MB a moment of history.
-pub fn run(
-    scene: &Scene,
-    task: &Task,
-    engine: &ExternalEngine,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<ProgramRun> {
-    check_scene(&engine.description, scene, task, &[])?;
-    write_scene(work, scene, task, &Value::Null)?;
-    engine.check_unchanged()?;
-    let took = start(&engine.options, work, observer)?;
-    engine.check_unchanged()?;
-    Ok(ProgramRun {
-        outcome: read::scene(work, scene, task, observer)?,
-        version: engine.description.version.clone(),
-        log: log(work),
-        took,
-    })
-}
-
-/// That the engine has all that the task asks for, these parts aside.
-pub fn check_scene(engine: &Description, scene: &Scene, task: &Task, aside: &[Part]) -> Result<()> {
-    let missing = missing_for_scene(engine, scene, task).into_iter();
-    let missing = missing.filter(|part| !aside.contains(part));
-    has_all(engine.name.clone(), in_words(missing), HINT_SCENE)
+fn listed_parts(missing: impl IntoIterator<Item = Part>) -> Option<String> {
+    let missing = Vec::from_iter(missing);
+    (!missing.is_empty()).then(|| Part::list(&missing))
 }
 
 pub(super) const HINT_SCENE: &str = "take an engine that has it, or a scene that does not ask for it; of `crossgrain run` --until settled \
                           needs no punch, and --steps N no rules that end a stage either";
-const HINT_CASES: &str = "these experiments ask for it";
-
-/// Has the engine time steps of this bed by its own clock; `work` is an empty folder. The engine's program runs `under`
-/// another one, such as valgrind, if any is named.
-pub fn time(
-    model: &Model,
-    bodies: &Bodies,
-    steps: TimedSteps,
-    engine: &ExternalEngine,
-    under: &[String],
-    work: &Path,
-) -> Result<Timed> {
-    let description = &engine.description;
-    let missing = (!description.has(Part::Timing)).then_some(Part::Timing);
-    has_all(description.name.clone(), in_words(missing), HINT_CASES)?;
-    write_timing(work, model, bodies, steps, under, &Value::Null)?;
-    start(&engine.options, work, &mut ())?;
-    read::timed(work, model, bodies, steps)
-}
+pub(super) const HINT_CASES: &str = "these experiments ask for it";
 
 /// What the engine prints goes here, in the job's folder; of `describe` its standard output alone.
 pub const SAID: &str = "engine.log";

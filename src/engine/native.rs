@@ -54,7 +54,7 @@ impl Engine for Options {
             outcome: native::run(scene, task, self, observer)?,
             engine: record(self),
             log: String::new(),
-            elsewhere: 0.0,
+            took: None,
         })
     }
 

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::exec::{ProgramRun, SAID, finish, usual_limits};
+use super::exec::{SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
 use super::watch::{Done, Limits};
 use super::{
@@ -115,24 +115,49 @@ impl Engine for Options {
         work: &Path,
         observer: &mut dyn Observer,
     ) -> Result<Run, EngineError> {
-        let run = run(scene, task, self, work, observer)?;
-        let stages = run.outcome.stages.iter();
+        let yade = check_scene(scene, self)?;
+        exec::write_scene(work, scene, task, &self.settings())?;
+        let (took, version) = start(&yade, RUN_SCENE, work, self, observer)?;
         Ok(Run {
-            elsewhere: stages.map(|stage| stage.cpu_seconds).sum(),
-            outcome: run.outcome,
+            outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
             engine: EngineRecord::Yade {
-                version: run.version,
+                version,
                 sorted: self.sorted,
                 verlet_distance: self.verlet_distance,
                 script: script_digest(),
             },
-            log: run.log,
+            log: exec::log(work),
+            // Its stages tell what they took, without the start.
+            took: Some(Done {
+                processor_seconds: None,
+                ..took
+            }),
         })
     }
 
     fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
         let (made, _) = run_cases(cases, self, work, &mut ())?;
         Ok(made.into_iter().map(|of| Ok(of.track)).collect())
+    }
+
+    fn time(
+        &self,
+        model: &Model,
+        bodies: &Bodies,
+        steps: TimedSteps,
+        work: &Path,
+    ) -> Result<(Timed, String), EngineError> {
+        can(unsupported(model))?;
+        let yade = find(self.program.as_deref())?;
+        exec::write_timing(work, model, bodies, steps, &[], &self.settings())?;
+        let mut options = self.clone();
+        if steps.processes > 1 {
+            let threads = format!("OMP_NUM_THREADS={}", steps.processes);
+            options.under.extend(["env".to_owned(), threads]);
+        }
+        let (_, version) = start(&yade, TIME_STEPS, work, &options, &mut ())?;
+        let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
+        Ok((timed, version))
     }
 
     fn is_of_this_program(&self) -> bool {
@@ -183,7 +208,7 @@ fn missing(reason: String) -> ProgramError {
 fn lacks(what: String) -> ProgramError {
     ProgramError::Unsupported {
         engine: "YADE".to_owned(),
-        missing: vec![what],
+        missing: what,
         hint: "run this scene with the native engine",
     }
 }
@@ -246,25 +271,6 @@ pub fn unsupported(model: &Model) -> Option<String> {
     reason
         .or(timed.then_some("slip since touch (contact.new_contact_slip = since_touch)"))
         .map(str::to_owned)
-}
-
-/// Runs the task in YADE. `work` is an empty folder on a disk with room for about 1 MB a moment of history.
-pub fn run(
-    scene: &Scene,
-    task: &Task,
-    options: &Options,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<ProgramRun> {
-    let yade = check_scene(scene, options)?;
-    exec::write_scene(work, scene, task, &options.settings())?;
-    let (took, version) = start(&yade, RUN_SCENE, work, options, observer)?;
-    Ok(ProgramRun {
-        outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
-        version,
-        log: exec::log(work),
-        took,
-    })
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -345,27 +351,6 @@ pub fn propose(cases: &[&Case], options: &Options, work: &Path) -> Result<(Vec<P
         format!("{name} has {found} steps for {wanted} cases")
     })?;
     Ok((proposals, version))
-}
-
-/// Times steps of this bed, and YADE's version. `work` is an empty folder.
-pub fn time(
-    model: &Model,
-    bodies: &Bodies,
-    steps: TimedSteps,
-    options: &Options,
-    work: &Path,
-) -> Result<(Timed, String)> {
-    can(unsupported(model))?;
-    let yade = find(options.program.as_deref())?;
-    exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
-    let mut options = options.clone();
-    if steps.processes > 1 {
-        let threads = format!("OMP_NUM_THREADS={}", steps.processes);
-        options.under.extend(["env".to_owned(), threads]);
-    }
-    let (_, version) = start(&yade, TIME_STEPS, work, &options, &mut ())?;
-    let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
-    Ok((timed, version))
 }
 
 fn can(lacking: Option<String>) -> Result<()> {

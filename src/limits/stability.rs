@@ -182,9 +182,9 @@ impl Study for Stability {
                 })
             }
             Task::Failure(mode, Runner::Native) => Ok(Made::Failure(mode.in_native()?)),
-            Task::Failure(mode, _) => Ok(Made::FailureInYade {
+            Task::Failure(mode, runner) => Ok(Made::FailureInYade {
                 name: mode.name.to_owned(),
-                end: mode.in_yade(&engines.yade, work)?,
+                end: mode.in_engine(engines.engine(runner)?.as_ref(), work)?,
             }),
         }
     }

@@ -203,7 +203,8 @@ fn whole_in(
         task.until = Until::EndOfSettling;
     }
     let run = engine.run(scene, &task, work, &mut ())?;
-    let mut made = whole(run.outcome, run.elsewhere, run.engine.program());
+    let elsewhere = run.elsewhere();
+    let mut made = whole(run.outcome, elsewhere, run.engine.program());
     if only_poured && made.ending != Ending::NotSettled {
         made.ending = Ending::Poured;
         made.outcome.settled = Some(made.outcome.last.clone());

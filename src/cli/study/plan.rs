@@ -7,8 +7,8 @@ use clap::{Args, Subcommand};
 use crate::cli::engine::{Several, beside, one, several};
 use crate::cli::print;
 use crate::cli::run::{LoopOrder, YadeLimits};
-use crate::engine::exec::{Part, check_scene};
 use crate::engine::named::Named;
+use crate::engine::{Engine, Part};
 use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
 use crate::run::folder::read_scene;
@@ -343,7 +343,9 @@ impl CampaignArguments {
                 let engine = self.limits.external(path)?;
                 let whole = Task::whole(initial_bodies(&scene));
                 // Without a punch it pours and settles.
-                check_scene(&engine.description, &scene, &whole, &[Part::Punch])?;
+                if engine.lacks(&scene, &whole) != Some(Part::Punch.in_words()) {
+                    engine.check(&scene, &whole)?;
+                }
                 (Runner::External, Some(Program::of(&engine)?))
             }
             (Named::Native, _) => (Runner::Native, None),
