@@ -13,13 +13,11 @@ use serde::Serialize;
 
 use crate::checks::{self, Check, Outcome};
 use crate::document::{Cell, Document, Section, Table};
-use crate::engine::exec;
-use crate::run::Engine;
+use crate::engine::EngineRecord;
 use crate::run::folder::RunFolder;
-use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
 use first_difference::{FirstDifference, Locator};
-use first_steps::{Asked, Beds};
+use first_steps::Beds;
 use from_runs::Replicas;
 use grains::measure::Quantity;
 use grains::native;
@@ -413,28 +411,19 @@ fn of_first_steps(
     beds: &Result<Beds, String>,
 ) -> Result<Option<Judgement>, String> {
     let engine = locator.engine_of(run)?;
-    let described;
-    let asked = match &engine {
-        Engine::Native(options) if *options == native::Options::default() => return Ok(None),
-        Engine::Native(options) => Asked::Native(options),
-        Engine::Yade(options) => Asked::Yade(options),
-        Engine::Exec(options) => {
-            described = exec::describe(options).map_err(|error| error.to_string())?;
-            // What the run says of its engine counts, and it is the engine that is asked now.
-            match &run.record.engine {
-                EngineRecord::Exec {
-                    described: then, ..
-                } if *then != described => {
-                    return Err(format!(
-                        "{} describes itself otherwise than run.json says; make the run again",
-                        options.program.display()
-                    ));
-                }
-                _ => Asked::Exec(&described, options),
-            }
-        }
-    };
-    let judged = first_steps::first_steps(asked, beds.as_ref()?, &mut |_| ());
+    if engine.native() == Some(&native::Options::default()) {
+        return Ok(None);
+    }
+    // What the run says of its engine counts, and it is the engine that is asked now.
+    if let EngineRecord::Exec { described, .. } = &run.record.engine
+        && *described != engine.describe().map_err(|error| error.to_string())?
+    {
+        let name = engine.name();
+        return Err(format!(
+            "{name} describes itself otherwise than run.json says; make the run again"
+        ));
+    }
+    let judged = first_steps::first_steps(engine.as_ref(), beds.as_ref()?, &mut |_| ());
     judged.map(Some).map_err(|error| error.to_string())
 }
 

@@ -1,8 +1,11 @@
-//! Engines that are programs of their own: YADE, LAMMPS, LIGGGHTS, and those of users; and what an engine says of itself: its
-//! name, and which parts of the model it has.
+//! Engines: what is asked of any of them, and the three kinds that there are, the native one, YADE, and programs that speak the
+//! engine protocol. And what an engine says of itself: its name, and which parts of the model it has.
 
 pub mod exec;
+pub mod named;
+pub mod native;
 pub mod read;
+mod record;
 pub mod watch;
 pub mod yade;
 
@@ -11,21 +14,140 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use exec::{Options, PROTOCOL};
+use read::{Timed, TimedSteps};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use watch::Limits;
+use watch::{Done, Limits};
 
 use crate::exit;
 use crate::files::{FileError, Place, read_text, work_folder};
 use grains::model::Model;
-use grains::native::{NativeError, Trouble};
+use grains::native::{self as own, NativeError, Trouble};
 use grains::scene::Scene;
-use grains::tables::Stage;
-use grains::task::{Case, Task, Until};
+use grains::tables::{Bodies, Stage};
+use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
+use verdict::Answer;
+
+pub use record::EngineRecord;
 
 /// With the error of an engine that is a program, if no other is named.
 pub type Result<T, E = ProgramError> = std::result::Result<T, E>;
+
+/// An engine, ready to be asked. Whoever has one can be asked for runs and small experiments; the rest says what is
+/// told of it.
+pub trait Engine: std::fmt::Debug + Send + Sync {
+    /// For whoever waits for it: `YADE sorted`.
+    fn name(&self) -> String;
+
+    /// How `crossgrain run` is told to take it, the path left out: it belongs to a machine.
+    fn words(&self) -> String {
+        "--engine exec:PATH".to_owned()
+    }
+
+    /// What it says of itself. YADE is started for its version.
+    fn describe(&self) -> Result<Description, EngineError>;
+
+    /// Terms of the model that it says it has in another form.
+    fn forms(&self) -> &[Form] {
+        &[]
+    }
+
+    /// What it does not have of what the task asks for, in words.
+    fn lacks(&self, _scene: &Scene, _task: &Task) -> Option<String> {
+        None
+    }
+
+    /// What it does not have of what the case asks for, in words.
+    fn lacks_for(&self, _case: &Case) -> Option<String> {
+        None
+    }
+
+    /// That it is here, and has all that the task asks for.
+    fn check(&self, scene: &Scene, task: &Task) -> Result<(), EngineError> {
+        let lacking = self.lacks(scene, task);
+        Ok(has_all(&self.describe()?.name, lacking, exec::HINT_SCENE)?)
+    }
+
+    /// Runs the task. `work` is an empty folder on a disk with room for about 2 MB a moment of history, for engines in other
+    /// processes.
+    fn run(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        work: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Run, EngineError>;
+
+    /// What it makes of each case, in order, in one start; `work` is an empty folder.
+    fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError>;
+
+    /// Times steps of this bed by its own clock, and its version; `work` is an empty folder.
+    fn time(
+        &self,
+        _model: &Model,
+        _bodies: &Bodies,
+        _steps: TimedSteps,
+        _work: &Path,
+    ) -> Result<(Timed, String), EngineError> {
+        let error = ProgramError::Unsupported {
+            engine: self.describe()?.name,
+            missing: Part::Timing.in_words(),
+            hint: exec::HINT_CASES,
+        };
+        Err(error.into())
+    }
+
+    /// The options of the native engine where it is that one, for what no other does: going on from a state, and pouring with
+    /// softened grains.
+    fn native(&self) -> Option<&own::Options> {
+        None
+    }
+
+    /// Whether this program has it or translates for it, so that nobody can have misread the protocol.
+    fn is_of_this_program(&self) -> bool {
+        false
+    }
+
+    /// The end of the name of its log where one is kept, and whose it is.
+    fn log(&self) -> [&'static str; 2] {
+        [".engine.log", "the engine's"]
+    }
+}
+
+/// What an engine makes of a task.
+#[derive(Debug)]
+pub struct Run {
+    pub outcome: Outcome,
+    pub engine: EngineRecord,
+    /// What it printed.
+    pub log: String,
+    /// What the job took in another process, its start and its tables included, as this program has seen it.
+    pub took: Option<Done>,
+}
+
+impl Run {
+    /// Processor time in another process, s: as the system tells it, or else as the engine does.
+    pub fn elsewhere(&self) -> f64 {
+        let stages = self.outcome.stages.iter();
+        self.took.map_or(0.0, |took| {
+            let told = stages.map(|stage| stage.cpu_seconds).sum();
+            took.processor_seconds.unwrap_or(told)
+        })
+    }
+}
+
+/// That nothing is missing.
+fn has_all(engine: &str, missing: Option<String>, hint: &'static str) -> Result<()> {
+    let engine = engine.to_owned();
+    missing.map_or(Ok(()), |missing| {
+        Err(ProgramError::Unsupported {
+            engine,
+            missing,
+            hint,
+        })
+    })
+}
 
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
@@ -82,10 +204,10 @@ pub enum ProgramError {
         exec::PROTOCOL
     )]
     OtherProtocol { found: u64 },
-    #[error("{engine} has no {}; {hint}", missing.join(", "))]
+    #[error("{engine} has no {missing}; {hint}")]
     Unsupported {
         engine: String,
-        missing: Vec<String>,
+        missing: String,
         hint: &'static str,
     },
     #[error("the engine refused: {0}")]
@@ -270,8 +392,8 @@ pub fn describe(options: &Options) -> Result<Description> {
         ..options.limits
     };
     let asked = Options {
-        program: options.program.clone(),
         limits,
+        ..options.clone()
     };
     let undescribed = undescribed(&options.program);
     exec::ask(&asked, work.path()).map_err(|error| match error {

@@ -9,17 +9,17 @@ use std::time::Instant;
 
 use crate::checks::{Outcome, verdict};
 use crate::compare::first_difference::Locator;
-use crate::compare::first_steps::{Asked, from_bed};
+use crate::compare::first_steps::from_bed;
 use crate::compare::{Comparison, compare};
-use crate::engine::yade;
+use crate::engine::{Engine, EngineRecord, yade};
 use crate::error::Error;
 use crate::files::{real_folder, work_folder};
 use crate::progress::Display;
-use crate::run::folder::record::{EngineRecord, Protocol};
+use crate::run::folder::record::Protocol;
 use crate::run::folder::{RECORDED, RunFolder, is_recorded, unpack_recorded};
-use crate::run::{Engine, EngineError, Preparation, parts, prepared, recorded};
+use crate::run::{EngineError, Preparation, parts, prepared, recorded};
 use crate::suite::parameters;
-use crate::suite::run::{Engines, Verification, verify};
+use crate::suite::run::{Verification, verify};
 use crate::{paper, suite};
 use grains::generate::initial_bodies;
 use grains::native;
@@ -54,11 +54,11 @@ pub struct Options {
 }
 
 /// The native engine with a fault, if there is one.
-fn native(perturbation: Option<Perturbation>) -> Engine {
-    Engine::Native(native::Options {
+fn native(perturbation: Option<Perturbation>) -> native::Options {
+    native::Options {
         perturbation,
         ..native::Options::default()
-    })
+    }
 }
 
 /// The runs that the page draws.
@@ -230,17 +230,17 @@ impl Job<'_> {
 /// The verification suite with its detection limits, if it is asked for.
 fn suite(
     options: &Options,
-    engine: Engines,
+    yade: Option<&yade::Options>,
     display: &Display,
 ) -> Result<Option<Verification>, Error> {
     if !options.suite {
         return Ok(None);
     }
     let options = suite::run::Options {
-        engine,
+        native: true,
+        yade: yade.cloned(),
         grains: SUITE_GRAINS,
         detection_limits: true,
-        yade: options.yade.clone(),
         command: format!("crossgrain verify --detection-limits --grains {SUITE_GRAINS}"),
     };
     Ok(Some(verify(&options, display)?))
@@ -266,7 +266,7 @@ impl Job<'_> {
                 "YADE live: its parameters, the whole experiment, first steps, the suite's cases";
             self.skipped(OF_LIVE.0, what, &why, false);
             self.made.faults = faults(scene, display)?;
-            self.made.suite = suite(options, Engines::Native, display)?;
+            self.made.suite = suite(options, None, display)?;
             return Ok(None);
         }
         let cuts = parts::cuts(scene, &native.history);
@@ -274,7 +274,11 @@ impl Job<'_> {
             let others = scope.spawn(|| -> Result<_, Error> {
                 let first_steps = of_loops(options, display)?;
                 let faults = faults(scene, display)?;
-                Ok((first_steps, faults, suite(options, Engines::Both, display)?))
+                Ok((
+                    first_steps,
+                    faults,
+                    suite(options, Some(&options.yade), display)?,
+                ))
             });
             let sorted = yade_run(options, display, scene, "yade-sorted", &cuts);
             (sorted, joined(others))
@@ -333,7 +337,7 @@ fn run_or_take_over(
     display: &Display,
     scene: &Scene,
     name: &str,
-    engine: &Engine,
+    engine: &dyn Engine,
     cuts: &[u64],
 ) -> Result<RunFolder, Error> {
     let (folder, is_there) = real_folder(&options.out, name)?;
@@ -450,7 +454,11 @@ fn pour(
 }
 
 /// A run of the native engine, which leaves nothing in its work folder.
-fn in_memory(scene: &Scene, engine: &Engine, protocol: Protocol) -> Result<RunFolder, EngineError> {
+fn in_memory(
+    scene: &Scene,
+    engine: &dyn Engine,
+    protocol: Protocol,
+) -> Result<RunFolder, EngineError> {
     let initial = initial_bodies(scene);
     let nowhere = Path::new("");
     recorded(scene, engine, protocol, initial, nowhere, &mut |_, _, _| {})
@@ -476,7 +484,7 @@ fn of_loops(options: &Options, display: &Display) -> Result<Vec<LoopSteps>, Erro
         found.push(LoopSteps {
             id: id.to_owned(),
             title: title.to_owned(),
-            judgement: from_bed(&reference, Asked::Yade(&yade), &mut progress)?,
+            judgement: from_bed(&reference, &yade, &mut progress)?,
         });
     }
     task.done("done");
@@ -490,9 +498,9 @@ fn yade_run(
     name: &str,
     cuts: &[u64],
 ) -> Result<RunFolder, Error> {
-    let engine = Engine::Yade(yade::Options {
+    let engine = yade::Options {
         sorted: true,
         ..options.yade.clone()
-    });
+    };
     run_or_take_over(options, display, scene, name, &engine, cuts)
 }

@@ -11,19 +11,20 @@ use std::path::{Path, PathBuf};
 use crate::files::TempDir;
 
 pub use crate::engine::EngineError;
-use crate::engine::exec::{self, ExternalEngine, log};
-use crate::engine::{ProgramError, yade};
+use crate::engine::exec::log;
+use crate::engine::native::record;
+use crate::engine::{Engine, EngineRecord, ProgramError, Run};
 use crate::files::{FileError, folder_aside, keep_folder, of_system, write_beside};
 use crate::progress::{self, Display, say};
 use crate::run::continued::{Continued, Continuing};
 use crate::run::folder::record::{
-    EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, Softened, StepChoice, TraceRow,
+    Protocol, RECORD_VERSION, Restart, RunRecord, Softened, StepChoice, TraceRow,
 };
 use crate::run::folder::{Moment, RunFolder, has_room_for_history, not_finite};
 use grains::generate::initial_bodies;
 use grains::measure::{self, HistoryRow};
 use grains::model::ModelRecord;
-use grains::native::{self, NativeError, Trouble};
+use grains::native::{NativeError, Trouble};
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage, StopReason};
 use grains::task::{Observer, Outcome, Seen, Start, Task, Until};
@@ -31,61 +32,11 @@ use grains::task::{Observer, Outcome, Seen, Start, Task, Until};
 /// About so many grains are marked, evenly by id, and their paths kept in the trace.
 const MARKED: usize = 100;
 
-#[derive(Debug, Clone, PartialEq)]
-pub enum Engine {
-    Native(native::Options),
-    Yade(yade::Options),
-    /// A program that speaks the engine protocol.
-    Exec(exec::Options),
-}
-
-/// Runs the task without recording anything; `work` is an empty folder for YADE's use.
-pub fn bare(
-    scene: &Scene,
-    engine: &Engine,
-    task: &Task,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<(Outcome, EngineRecord, String), EngineError> {
-    match engine {
-        Engine::Native(options) => {
-            let outcome = native::run(scene, task, options, observer)?;
-            Ok((outcome, of_native(options), String::new()))
-        }
-        Engine::Yade(options) => {
-            let run = yade::run(scene, task, options, work, observer)?;
-            let record = EngineRecord::Yade {
-                version: run.version,
-                sorted: options.sorted,
-                verlet_distance: options.verlet_distance,
-                script: yade::script_digest(),
-            };
-            Ok((run.outcome, record, run.log))
-        }
-        Engine::Exec(options) => {
-            let engine = ExternalEngine::ask(options.clone())?;
-            let run = exec::run(scene, task, &engine, work, observer)?;
-            let record = EngineRecord::Exec {
-                described: engine.description,
-                digest: engine.digest,
-            };
-            Ok((run.outcome, record, run.log))
-        }
-    }
-}
-
-fn of_native(options: &native::Options) -> EngineRecord {
-    EngineRecord::Native {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        perturbation: options.perturbation,
-    }
-}
-
 /// Runs the scene from the poured cloud on and returns everything that a run folder holds.
 /// `progress` hears how far it is.
 pub fn recorded(
     scene: &Scene,
-    engine: &Engine,
+    engine: &dyn Engine,
     protocol: Protocol,
     start: impl Into<Start>,
     work: &Path,
@@ -109,7 +60,7 @@ struct Made {
 /// Runs the task and records it; a run of the native engine that is asked to end, so far.
 fn followed(
     scene: &Scene,
-    engine: &Engine,
+    engine: &dyn Engine,
     task: &Task,
     work: &Path,
     progress: &mut dyn FnMut(Stage, u64, f64),
@@ -125,13 +76,16 @@ fn followed(
         },
         interrupted: None,
         // The native engine would go on from itself, or from a fault that was asked for.
-        continuing: (!matches!(engine, Engine::Native(_))).then(|| Continuing::new(scene)),
+        continuing: (engine.native().is_none()).then(|| Continuing::new(scene)),
     };
-    let run = bare(scene, engine, task, work, &mut recorder);
-    let (outcome, engine, log) = match (run, recorder.interrupted, engine) {
-        (Err(_), Some(outcome), Engine::Native(options)) => {
-            (outcome, of_native(options), String::new())
-        }
+    let run = engine.run(scene, task, work, &mut recorder);
+    let run = match (run, recorder.interrupted, engine.native()) {
+        (Err(_), Some(outcome), Some(options)) => Run {
+            outcome,
+            engine: record(options),
+            log: String::new(),
+            took: None,
+        },
         (run, _, _) => run?,
     };
     // Such a run folder could not be read.
@@ -154,15 +108,15 @@ fn followed(
         return Err(ProgramError::Nonsense(why.to_owned()).into());
     }
     let mut continuing = recorder.continuing;
-    let last = outcome.stages.last();
+    let last = run.outcome.stages.last();
     let by_rule = last.is_some_and(|of| of.stop == StopReason::Settled);
     continuing
         .iter_mut()
         .for_each(|of| of.end_of_stage(by_rule));
     Ok(Made {
-        outcome,
-        engine,
-        log,
+        outcome: run.outcome,
+        engine: run.engine,
+        log: run.log,
         history: recorder.history,
         trace: recorder.trace,
         continued: continuing.map_or_else(Vec::new, |of| of.found),
@@ -189,12 +143,12 @@ impl Made {
     fn folder(
         self,
         scene: &Scene,
-        engine: &Engine,
+        engine: &dyn Engine,
         protocol: Protocol,
         initial: Bodies,
     ) -> RunFolder {
         let outcome = self.outcome;
-        let is_native = matches!(engine, Engine::Native(_));
+        let is_native = engine.native().is_some();
         let restart = is_native.then_some(Restart {
             punch: outcome.last.punch,
             seen: outcome.seen,
@@ -284,23 +238,8 @@ impl Observer for Recorder<'_> {
 }
 
 /// The command that repeats the run, paths left out: they belong to a machine.
-pub fn command(engine: &Engine, protocol: Protocol) -> String {
-    let mut words = "crossgrain run scene.json".to_owned();
-    match engine {
-        Engine::Native(options) => {
-            words += " --engine native";
-            if let Some(fault) = options.perturbation {
-                words += &format!(" --perturb {fault}");
-            }
-        }
-        Engine::Yade(options) => {
-            let order = if options.sorted { "sorted" } else { "ordinary" };
-            let distance = options.verlet_distance;
-            words += &format!(" --engine yade --loop {order} --verlet-distance {distance:?}");
-        }
-        // The path belongs to a machine.
-        Engine::Exec(_) => words += " --engine exec:PATH",
-    }
+pub fn command(engine: &dyn Engine, protocol: Protocol) -> String {
+    let mut words = format!("crossgrain run scene.json {}", engine.words());
     match protocol {
         Protocol::Whole => {}
         Protocol::Steps { steps } => words += &format!(" --steps {steps}"),
@@ -352,19 +291,19 @@ pub struct Preparation {
 pub fn prepared(
     scene: &Scene,
     preparation: Preparation,
-    engine: &Engine,
+    engine: &dyn Engine,
     protocol: Protocol,
     out: &Path,
     display: &Display,
 ) -> Result<RunFolder, KeptError> {
     has_room_for_history(scene, protocol)?;
-    let task = display.task(&name(engine));
+    let task = display.task(&engine.name());
     let mut progress = |stage, step, share| task.run(stage, step, share);
     let work = folder_aside(out)?;
     if let Some((before, path)) = preparation.before {
         let path = path.display();
         let not_resumed = |reason| FileError::Unfit(format!("{path} cannot go on: {reason}"));
-        let Engine::Native(options) = engine else {
+        let Some(options) = engine.native() else {
             let reason = "only the native engine goes on from a state".to_owned();
             return Err(not_resumed(reason).into());
         };
@@ -422,27 +361,13 @@ fn kept(run: RunFolder, out: &Path, task: &progress::Task) -> Result<RunFolder, 
     }
 }
 
-/// A run, for whoever waits for it.
-fn name(engine: &Engine) -> String {
-    match engine {
-        Engine::Native(_) => "native".to_owned(),
-        Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),
-        Engine::Yade(options) => format!("YADE ordinary {:?}", options.verlet_distance),
-        Engine::Exec(options) => {
-            let name = options.program.file_name().unwrap_or_default();
-            format!("exec {}", name.to_string_lossy())
-        }
-    }
-}
-
 /// An engine that failed leaves its whole log beside where its run folder would have been; one whose files cannot be used
 /// leaves them all, since the message names one of them. Said even where no progress is shown.
-fn keep_evidence(engine: &Engine, error: &EngineError, work: TempDir, out: &Path) {
-    let (end, whose) = match engine {
-        Engine::Native(_) => return,
-        Engine::Yade(_) => (".yade.log", "YADE's"),
-        Engine::Exec(_) => (".engine.log", "the engine's"),
-    };
+fn keep_evidence(engine: &dyn Engine, error: &EngineError, work: TempDir, out: &Path) {
+    if engine.native().is_some() {
+        return;
+    }
+    let [end, whose] = engine.log();
     // An engine that was never started has said nothing.
     let error = match error {
         EngineError::Native(_) => return,

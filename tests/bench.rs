@@ -5,7 +5,7 @@ mod external;
 
 use crossgrain::checks::Outcome;
 use crossgrain::child::on_path;
-use crossgrain::engine::{ProgramError, read::TimedSteps, yade};
+use crossgrain::engine::{Engine, ProgramError, read::TimedSteps, yade};
 use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{
     self, Contender, StateCheck, Tolerance, between_grains,
@@ -301,7 +301,9 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
     };
     let model = grains::model::Model::of(&bed.scene);
     let options = yade::Options::default();
-    let (timed, _) = yade::time(&model, &bed.bodies, steps, &options, work).expect("a timed run");
+    let (timed, _) = options
+        .time(&model, &bed.bodies, steps, work)
+        .expect("a timed run");
     let exact = timing::after(&bed, 50).expect("a sound run");
     assert_eq!(timed.last.bodies, exact.bodies);
     assert_eq!(timed.last.contacts.len(), exact.contacts.len());

@@ -1,8 +1,8 @@
 //! The corpus of engines: right ones in many builds, and wrong ones, each judged as `engine check` judges it. The confusion
 //! matrix is printed, and kept in `reference_data/corpus-1.csv` (made anew with CROSSGRAIN_KEEP=1). Nothing right may be called wrong, nothing wrong right, and what is wrong must be named in 19 of 20.
 
-use crossgrain::compare::first_steps::{Asked, from_bed};
-use crossgrain::engine::exec::{self, Options};
+use crossgrain::compare::first_steps::from_bed;
+use crossgrain::engine::exec::{ExternalEngine, Options};
 use serde::Deserialize;
 use verdict::judge::{Judgement, Reference, Verdict};
 use verdict::starts::DISPERSION;
@@ -52,9 +52,9 @@ fn compiled(folder: &Path, name: &str, flags: &[String]) -> PathBuf {
 
 fn judged(reference: &Reference, program: PathBuf) -> Judgement {
     let options = Options::new(program);
-    let engine = exec::describe(&options).expect("a description");
-    let of = from_bed(reference, Asked::Exec(&engine, &options), &mut |_| ());
-    of.unwrap_or_else(|error| panic!("{}: {error}", options.program.display()))
+    let engine = ExternalEngine::ask(options).expect("a description");
+    let of = from_bed(reference, &engine, &mut |_| ());
+    of.unwrap_or_else(|error| panic!("{}: {error}", engine.options.program.display()))
 }
 
 /// Whether the diagnosis names the cause: a constant with its factor to a part in 10⁹, or words of its own.

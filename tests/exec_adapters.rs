@@ -1,7 +1,8 @@
 //! LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM through their adapters. Without the feature `live` these are listed as ignored and not made;
 //! with it a missing one is a failure.
 
-use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
+use crossgrain::engine::Engine;
+use crossgrain::engine::exec::{Adapter, ExternalEngine, Options, usual_limits};
 use grains::model::{Axis, Model, Wall};
 use grains::native::contact::{self, ContactRules, Memory, Motion, Parameters, Touch};
 use grains::native::{first_contact_punch, run_case};
@@ -128,8 +129,7 @@ fn bed() -> (Scene, Case) {
 /// The case as the native engine and an adapter make it, within rounding of each other.
 fn alike_up_to_rounding(case: &Case, adapter: &str) -> [Vec<Snapshot>; 2] {
     let engine = ExternalEngine::ask(Options::new(adapter_path(adapter))).expect("an engine");
-    let (of, options) = (&engine.description, &engine.options);
-    let theirs = exec::run_cases(&[case], of, options, &new_folder()).expect("an answer");
+    let theirs = engine.run_cases(&[case], &new_folder()).expect("an answer");
     let theirs = theirs.into_iter().next().expect("a case").expect("a track");
     let native = run_case(case, None).expect("a track");
     for ((their, own), (step, allowed)) in theirs.iter().zip(&native).zip(ROUNDING) {
@@ -344,7 +344,7 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
             ..initial_bodies(&scene).into()
         };
         let engine = ExternalEngine::ask(Options::new(adapter_path(name))).expect("an engine");
-        let run = exec::run(&scene, &Task::settle(start), &engine, work, &mut ());
+        let run = engine.run(&scene, &Task::settle(start), work, &mut ());
         let stages = run.expect("a run").outcome.stages;
         assert_eq!(stages[0].steps, scene.settle.check_every, "{name}");
     }

@@ -78,6 +78,7 @@ mod page;
 mod conformance_table;
 mod exec_adapters;
 mod exec_engine;
+mod fourth_engine;
 mod strangers;
 
 mod yade_driver;

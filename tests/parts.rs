@@ -1,7 +1,8 @@
 //! A run in parts is the run.
 
-use crossgrain::engine::{exec, yade};
-use crossgrain::run::{Engine, folder::recorded_history, parts};
+use crossgrain::engine::exec::{ExternalEngine, Options};
+use crossgrain::engine::{Engine, yade};
+use crossgrain::run::{folder::recorded_history, parts};
 use grains::scene::AfterForce;
 use grains::task::Seen;
 
@@ -10,12 +11,12 @@ use crate::support::*;
 /// The first before a grain touches three others, the last after the energy has fallen.
 const CUTS: [u64; 3] = [500, 7250, 13_000];
 
-fn whole(scene: &Scene, engine: &Engine) -> RunFolder {
+fn whole(scene: &Scene, engine: &dyn Engine) -> RunFolder {
     run_of(scene, engine, Protocol::Whole)
 }
 
 /// Read again from its folder.
-fn in_parts(scene: &Scene, engine: &Engine, cuts: &[u64]) -> RunFolder {
+fn in_parts(scene: &Scene, engine: &dyn Engine, cuts: &[u64]) -> RunFolder {
     let folder = &new_folder();
     let out = folder.join("run");
     parts::to_folder(scene, engine, cuts, &out, &Display::new(true)).expect("a run");
@@ -42,7 +43,7 @@ fn is_of_parts(run: &RunFolder, whole: &RunFolder, parts: usize) {
 
 #[test]
 fn parts_are_the_whole_run() {
-    let engine = Engine::Native(sound());
+    let engine = sound();
     let mut standing = small_scene();
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
     let mut restless = small_scene();
@@ -66,10 +67,10 @@ fn parts_that_do_not_fit_are_left_away() {
         // Up to the first cut no grain touches three others.
         ("sums=reversed", 3),
     ] {
-        let engine = Engine::Native(faulty(fault));
+        let engine = faulty(fault);
         let run = in_parts(&scene, &engine, &CUTS);
         is_of_parts(&run, &whole(&scene, &engine), parts);
-        assert_ne!(run.last, whole(&scene, &Engine::Native(sound())).last);
+        assert_ne!(run.last, whole(&scene, &sound()).last);
     }
 }
 
@@ -77,7 +78,9 @@ fn parts_that_do_not_fit_are_left_away() {
 fn a_part_that_fails_leaves_no_folder() {
     let folder = &new_folder();
     let out = folder.join("run");
-    let engine = Engine::Exec(exec::Options::new(folder.join("missing")));
+    let program = program(folder, "engine", &text_of(adapter_path("toy.py")));
+    let engine = ExternalEngine::ask(Options::new(program.clone())).expect("an engine");
+    fs::remove_file(program).expect("ours");
     let display = Display::new(true);
     let error = parts::to_folder(&small_scene(), &engine, &CUTS, &out, &display);
     assert!(error.is_err_and(|error| error.to_string().contains("cannot be started")));
@@ -144,7 +147,7 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_in_parts_is_yade_as_a_whole() {
-    let engine = Engine::Yade(yade::Options::default());
+    let engine = yade::Options::default();
     let mut standing = small_scene();
     standing.realization = 3;
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };

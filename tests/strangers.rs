@@ -8,11 +8,12 @@ use crossgrain::compare::compare;
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::first_steps::Beds;
 use crossgrain::compare::from_runs::states_of;
-use crossgrain::engine::exec::Options;
+use crossgrain::engine::exec::{ExternalEngine, Options};
+use crossgrain::engine::{Engine, EngineError};
 use crossgrain::run::folder::read_scene;
-use crossgrain::run::{Engine, recorded};
+use crossgrain::run::recorded;
 use crossgrain::suite::conformance::conformance;
-use crossgrain::suite::run::verify_exec;
+use crossgrain::suite::run::verify_in;
 use evidence::in_parallel;
 use serde::Deserialize;
 use verdict::judge::Reference;
@@ -93,12 +94,12 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
     let reference = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
     let beds = Beds::from(reference.without_causes());
     let scene_of = |name: &str| read_scene(&here("scenes").join(name)).expect("a scene");
-    let run = |of: &Stranger, name: &str, engine: Engine| {
+    let run = |of: &Stranger, name: &str, engine: &dyn Engine| {
         let (scene, work) = (scene_of(name), new_folder());
         let start = initial_bodies(&scene);
         recorded(
             &scene,
-            &engine,
+            engine,
             of.protocol(),
             start,
             &work,
@@ -120,11 +121,14 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
     for of in &strangers {
         program(folder, of);
         let Some(name) = &of.scene else { continue };
-        let native = || run(of, name, Engine::Native(sound())).expect("a run");
+        let native = || run(of, name, &sound()).expect("a run");
         natives.entry(key(of, name)).or_insert_with(native);
         if !of.right {
             let right = program(folder, of).with_file_name("engine");
-            let right = || run(of, name, Engine::Exec(Options::new(right))).expect("a run");
+            let right = || {
+                let right = ExternalEngine::ask(Options::new(right)).expect("an engine");
+                run(of, name, &right).expect("a run")
+            };
             rights.entry(key(of, name)).or_insert_with(right);
         }
         if !of.right && !of.shows_in("cases") {
@@ -136,8 +140,9 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
     let judged = in_parallel(strangers.len(), |at| {
         let of = &strangers[at];
         let options = Options::new(program(folder, of));
+        let asked = || ExternalEngine::ask(options.clone()).map_err(EngineError::from);
         let compared = of.scene.as_ref().map_or(NOT_RUN, |name| {
-            let Ok(theirs) = run(of, name, Engine::Exec(options.clone())) else {
+            let Ok(theirs) = asked().and_then(|of_it| run(of, name, &of_it)) else {
                 return "engine failed";
             };
             // A verdict of compare is about what was run.
@@ -158,18 +163,21 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
         // What shows in a user's scene alone is judged from that scene.
         let of_scene = of.scene.as_ref().and_then(|name| of_scenes.get(name));
         let of_scene = of_scene.filter(|_| !of.right && !of.shows_in("cases"));
-        let checked = match conformance(&options, of_scene.unwrap_or(&beds), &mut |_| ()) {
+        let checked = match asked()
+            .and_then(|engine| conformance(&engine, of_scene.unwrap_or(&beds), &mut |_| ()))
+        {
             Ok(found) => found.verdict().in_words(),
             Err(_) => "engine failed",
         };
-        let verified = match verify_exec(&options, &beds, "", &Display::new(true)) {
-            Ok(found) => match found.verdict() {
-                Outcome::Pass => "agreed",
-                Outcome::Fail => "different",
-                Outcome::Skipped | Outcome::ExpectedFailure => "undecided",
-            },
-            Err(_) => "engine failed",
-        };
+        let verified =
+            match asked().and_then(|engine| verify_in(&engine, &beds, "", &Display::new(true))) {
+                Ok(found) => match found.verdict() {
+                    Outcome::Pass => "agreed",
+                    Outcome::Fail => "different",
+                    Outcome::Skipped | Outcome::ExpectedFailure => "undecided",
+                },
+                Err(_) => "engine failed",
+            };
         let is = if of.right { "right" } else { "wrong" };
         let row = format!("{},{is},{compared},{checked},{verified}", of.name);
         println!("{row}");

@@ -3,21 +3,22 @@
 use crossgrain::checks::Outcome;
 use crossgrain::engine::yade;
 use crossgrain::suite::detection::{Limit, limits};
-use crossgrain::suite::run::{Engines, Options, Role, Suite, verify};
+use crossgrain::suite::run::{Options, Role, Suite, verify};
 use crossgrain::suite::{Evidence, parameters};
 use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
 
 use crate::support::*;
 
-fn options(engine: Engines) -> Options {
+fn options(with_yade: bool) -> Options {
+    let missing = yade::Options {
+        program: Some(PathBuf::from("/no/such/yade")),
+        ..yade::Options::default()
+    };
     Options {
-        engine,
+        native: true,
         grains: 5,
         detection_limits: false,
-        yade: yade::Options {
-            program: Some(PathBuf::from("/no/such/yade")),
-            ..yade::Options::default()
-        },
+        yade: with_yade.then_some(missing),
         command: "a test".to_owned(),
     }
 }
@@ -25,14 +26,14 @@ fn options(engine: Engines) -> Options {
 /// The native cases pass with or without a YADE, which is missing here: what needs it is skipped, in each role.
 #[test]
 fn native_cases_pass_and_without_yade_its_cases_are_skipped() {
-    let found = verify(&options(Engines::Native), &Display::new(true)).expect("a verification");
+    let found = verify(&options(false), &Display::new(true)).expect("a verification");
     assert_eq!(found.verdict(), Outcome::Pass);
     assert!(found.cases.len() > 40, "{}", found.cases.len());
     for case in &found.cases {
         assert_eq!(case.outcome, Outcome::Pass, "{case:?}");
         assert!(!case.checks.is_empty(), "{}", case.id);
     }
-    let found = verify(&options(Engines::Both), &Display::new(true)).expect("a verification");
+    let found = verify(&options(true), &Display::new(true)).expect("a verification");
     assert_eq!(found.verdict(), Outcome::Skipped);
     assert_eq!(found.tally.failed, 0);
     for case in &found.cases {

@@ -4,8 +4,7 @@
 use crossgrain::checks::Outcome;
 use crossgrain::compare::{Comparison, compare, first_difference::Locator};
 use crossgrain::engine::yade;
-use crossgrain::run::Engine;
-use crossgrain::suite::run::{self, Engines, Role};
+use crossgrain::suite::run::{self, Role};
 use grains::scene::{
     AfterForce, Cloud, Damping, Shape, SlipVelocity, Tension, TorqueArms, Viscosity,
 };
@@ -14,7 +13,7 @@ use verdict::judge::Verdict;
 use crate::support::*;
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
-    run_of(scene, &Engine::Yade(options), protocol)
+    run_of(scene, &options, protocol)
 }
 
 fn sorted() -> yade::Options {
@@ -137,10 +136,10 @@ fn constants_of_loading_have_the_same_bits_in_both_engines() {
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_suite_passes_in_both_engines() {
     let options = run::Options {
-        engine: Engines::Both,
+        native: true,
         grains: 500,
         detection_limits: false,
-        yade: sorted(),
+        yade: Some(sorted()),
         command: "a test".to_owned(),
     };
     let found = run::verify(&options, &Display::new(true)).expect("a verification");

@@ -7,7 +7,7 @@ use serde_json::json;
 use crossgrain::checks::record::{self, Found};
 use crossgrain::checks::{Check, Outcome};
 use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::{Engine, recorded};
+use crossgrain::run::recorded;
 use crossgrain::study::campaign::Member;
 use crossgrain::study::member::Beds;
 use crossgrain::study::realization::{Engines, Setting, Specification};
@@ -92,7 +92,7 @@ fn file<'a>(files: &'a Files, name: &str) -> Option<&'a [u8]> {
 fn folder(scene: &Scene, protocol: Protocol) -> Files {
     let run = recorded(
         scene,
-        &Engine::Native(native::Options::default()),
+        &native::Options::default(),
         protocol,
         initial_bodies(scene),
         Path::new(""),

@@ -2,9 +2,8 @@
 //! command line.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use super::job_folder::Results;
@@ -15,7 +14,7 @@ use crate::checks::record::{self, Found};
 use crate::compare::first_steps::Beds;
 use crate::compare::from_runs::states_of;
 use crate::document::Section;
-use crate::engine::value_name;
+use crate::engine::named::Named;
 use crate::error::Error;
 use crate::files::Place;
 use crate::limits::bench::machine::Machine;
@@ -23,9 +22,7 @@ use crate::progress::Display;
 use crate::report;
 use crate::report::packing::grains_left;
 use crate::run::folder::read_scene;
-use crate::suite::conformance::table::{self, Candidate};
-use crate::suite::conformance::{Conformance, conformance, of_yade};
-use crate::suite::run::Engines;
+use crate::suite::conformance::{Conformance, conformance, table};
 use crate::workers::asked_to_end;
 use verdict::starts::DISPERSION;
 
@@ -47,8 +44,8 @@ pub enum Verb {
 )]
 pub struct TableArguments {
     /// yade-sorted, yade-ordinary, lammps, liggghts, esysparticle, kratos, toy or exec:PATH; all but the last if none is named
-    #[arg(value_name = "ENGINE")]
-    engines: Vec<Candidate>,
+    #[arg(value_name = "ENGINE", value_parser = judged)]
+    engines: Vec<Named>,
     /// Grains of the beds whose first steps are judged
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
     grains: u32,
@@ -73,7 +70,8 @@ pub struct TableArguments {
 )]
 pub struct Arguments {
     /// yade, or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
-    engine: Chosen,
+    #[arg(value_parser = one)]
+    engine: Named,
     /// Grains of the bed whose first steps are judged
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
     grains: u32,
@@ -125,7 +123,7 @@ impl Verb {
 
 impl Arguments {
     fn execute(self) -> Result<u8, Error> {
-        if matches!(self.engine, Chosen::Native) {
+        if self.engine == Named::Native {
             return Err(Error::Usage(
                 "the native engine is what others are held against: yade, or exec:PATH; `crossgrain verify` verifies it"
                     .to_owned(),
@@ -144,15 +142,11 @@ impl Arguments {
         };
         let mut progress = |name: &str| task.share(0.0, name);
         let asked = match &self.engine {
-            Chosen::Exec(program) => format!("exec:{}", program.display()),
+            Named::Exec(program) => format!("exec:{}", program.display()),
             _ => format!("yade{}", self.yade.words()),
         };
-        let found = match self.engine {
-            Chosen::Exec(program) => {
-                conformance(&self.yade.limits.exec(program), &beds, &mut progress)
-            }
-            _ => of_yade(&self.yade.options()?, &beds, &mut progress),
-        }?;
+        let engine = self.yade.engine(&self.engine)?;
+        let found = conformance(engine.as_ref(), &beds, &mut progress)?;
         task.done("done");
         if asked_to_end() {
             return Err(Error::Interrupted);
@@ -198,7 +192,7 @@ impl TableArguments {
     fn execute(self) -> Result<u8, Error> {
         self.results.check(TABLE)?;
         let candidates = match &self.engines[..] {
-            [] => Candidate::all(),
+            [] => table::all(),
             named => named.to_vec(),
         };
         let options = table::Options {
@@ -240,71 +234,55 @@ impl TableArguments {
 }
 
 /// One engine.
-#[derive(Debug, Clone)]
-pub enum Chosen {
-    Native,
-    Yade,
-    /// A program that speaks the engine protocol.
-    Exec(PathBuf),
-}
-
-impl FromStr for Chosen {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match (text, program(text)) {
-            ("native", _) => Ok(Chosen::Native),
-            ("yade", _) => Ok(Chosen::Yade),
-            (_, Some(path)) => Ok(Chosen::Exec(path)),
-            _ if Place::from(text).is_file() => Err(format!(
-                "a program that is an engine is written exec:{text}"
-            )),
-            _ => Err(
-                "an engine is native, yade or exec:PATH, such as exec:adapters/lammps.py or exec:adapters/toy.py"
-                    .to_owned(),
-            ),
-        }
+pub fn one(text: &str) -> Result<Named, String> {
+    match Named::parse(text) {
+        Some(named @ (Named::Native | Named::Yade(None) | Named::Exec(_))) => Ok(named),
+        _ if Place::from(text).is_file() => Err(format!(
+            "a program that is an engine is written exec:{text}"
+        )),
+        _ => Err(
+            "an engine is native, yade or exec:PATH, such as exec:adapters/lammps.py or exec:adapters/toy.py"
+                .to_owned(),
+        ),
     }
 }
 
-/// The engines of this program, or an external one.
-#[derive(Debug, Clone)]
-pub enum Several {
-    BuiltIn(Engines),
-    Exec(PathBuf),
-}
+/// The engines of this program, one or both, or an external one.
+pub type Several = Vec<Named>;
 
-impl FromStr for Several {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match program(text) {
-            Some(path) => Ok(Several::Exec(path)),
-            None => Engines::from_str(text, false)
-                .map(Several::BuiltIn)
-                .map_err(|_| "an engine is native, yade, both or exec:PATH".to_owned()),
-        }
+pub fn several(text: &str) -> Result<Several, String> {
+    match (text, Named::parse(text)) {
+        ("both", _) => Ok(vec![Named::Native, Named::Yade(None)]),
+        (_, Some(named @ (Named::Native | Named::Yade(None) | Named::Exec(_)))) => Ok(vec![named]),
+        _ => Err("an engine is native, yade, both or exec:PATH".to_owned()),
     }
 }
 
-impl Several {
-    /// As a command has it, the path left out: it belongs to a machine.
-    pub fn name(&self) -> String {
-        match self {
-            Several::BuiltIn(engine) => value_name(engine),
-            Several::Exec(_) => "exec:PATH".to_owned(),
-        }
+/// As a command has them, a path left out: it belongs to a machine.
+pub fn name(of: &Several) -> &'static str {
+    match &of[..] {
+        [one] => one.key(),
+        _ => "both",
     }
 }
 
-/// Parses an external engine, beside those of this program.
+/// An external engine, beside those of this program.
 pub fn beside(text: &str) -> Result<PathBuf, String> {
-    program(text).ok_or_else(|| {
-        "native and YADE take part anyway; one more engine is named as exec:PATH".to_owned()
-    })
+    match Named::parse(text) {
+        Some(Named::Exec(path)) => Ok(path),
+        _ => Err(
+            "native and YADE take part anyway; one more engine is named as exec:PATH".to_owned(),
+        ),
+    }
 }
 
-fn program(text: &str) -> Option<PathBuf> {
-    let path = text.strip_prefix("exec:")?;
-    (!path.is_empty()).then(|| PathBuf::from(path))
+/// An engine of the conformance table.
+fn judged(text: &str) -> Result<Named, String> {
+    let all = table::all();
+    let keys: Vec<&str> = all.iter().map(Named::key).collect();
+    let known = format!("an engine is {} or exec:PATH", keys.join(", "));
+    let named = Named::parse(text);
+    named
+        .filter(|of| matches!(of, Named::Exec(_)) || all.contains(of))
+        .ok_or(known)
 }

@@ -7,12 +7,13 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use grains::native::timing::ThreadTime;
 
-use super::engine::Chosen;
+use super::engine::one;
 use super::job_folder::clear;
 use super::{print, with_options};
-use crate::engine::exec::{ExternalEngine, usual_limits};
+use crate::engine::exec::{self, ExternalEngine, usual_limits};
+use crate::engine::named::Named;
 use crate::engine::watch::Limits;
-use crate::engine::{exec, value_name, yade};
+use crate::engine::{Engine, value_name, yade};
 use crate::error::{Error, exit};
 use crate::files::{has_room, make_folder, read_text, sha256_hex, size_and_age, write_whole};
 use crate::limits::stability::time_step;
@@ -20,7 +21,7 @@ use crate::progress::Display;
 use crate::report::outcome::answer;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
 use crate::run::folder::{RECORD, RunFolder, bad_scene, has_room_for_history, read_scene};
-use crate::run::{Engine, Preparation, prepared};
+use crate::run::{Preparation, prepared};
 use crate::workers::cores;
 use grains::generate::initial_bodies;
 use grains::native::pouring::{Softly, pour};
@@ -54,8 +55,8 @@ pub struct Arguments {
     /// The scene file
     scene: PathBuf,
     /// native, yade, or exec:PATH for a program that speaks the engine protocol (docs/engine-protocol.md)
-    #[arg(long)]
-    engine: Chosen,
+    #[arg(long, value_parser = one)]
+    engine: Named,
     /// Exactly this many steps of pouring, no stop rule
     #[arg(long, value_name = "N", conflicts_with = "until")]
     steps: Option<u64>,
@@ -151,6 +152,15 @@ impl YadeArguments {
             ..self.limits.options()
         })
     }
+
+    /// The engine, a program asked what it is before anything that takes long.
+    pub fn engine(&self, named: &Named) -> Result<Box<dyn Engine>, Error> {
+        let options = match named {
+            Named::Yade(_) => self.options()?,
+            _ => self.limits.options(),
+        };
+        Ok(named.engine(&options, Path::new(""))?)
+    }
 }
 
 impl YadeLimits {
@@ -166,8 +176,8 @@ impl YadeLimits {
     /// The program at this path with these limits.
     pub fn exec(&self, program: PathBuf) -> exec::Options {
         exec::Options {
-            program,
             limits: self.limits(),
+            ..exec::Options::new(program)
         }
     }
 
@@ -193,12 +203,12 @@ impl Arguments {
             scene.realization = seed;
         }
         has_room(&self.out, RECORD)?;
-        let engine = self.engine()?;
         let protocol = match self.steps {
             Some(steps) => Protocol::Steps { steps },
             None if self.until == LastStage::Settled => Protocol::Settled,
             None => Protocol::Whole,
         };
+        let engine = self.engine()?;
         let before = match &self.from_state {
             Some(path) => Some((RunFolder::read_so_far(path)?, path.clone())),
             None => None,
@@ -208,23 +218,22 @@ impl Arguments {
         has_room_for_history(&scene, protocol)?;
         let choice = self.choose_step(&mut scene, &display)?;
         has_room_for_history(&scene, protocol)?;
-        match &engine {
-            Engine::Exec(options) => {
-                let asked = ExternalEngine::ask(options.clone())?;
-                let task = protocol.task(initial_bodies(&scene));
-                exec::check_scene(&asked.description, &scene, &task, &[])?;
-            }
-            Engine::Yade(options) => drop(yade::check_scene(&scene, options)?),
-            Engine::Native(_) => {}
-        }
+        engine.check(&scene, &protocol.task(initial_bodies(&scene)))?;
         let preparation = Preparation {
             step_choice: choice,
-            softened: self.deposit(&scene, &engine)?,
+            softened: self.deposit(&scene, engine.as_ref())?,
             keeps: true,
             before,
         };
         clear(&self.out, RECORD)?;
-        let mut run = prepared(&scene, preparation, &engine, protocol, &self.out, &display)?;
+        let mut run = prepared(
+            &scene,
+            preparation,
+            engine.as_ref(),
+            protocol,
+            &self.out,
+            &display,
+        )?;
         // They are written, take room, and are not asked for any more.
         run.initial = Bodies::default();
         run.last.contacts = Vec::new();
@@ -270,12 +279,16 @@ impl Arguments {
     }
 
     /// Pours the grains softened and stiffens them, if that was asked for.
-    fn deposit(&self, scene: &Scene, engine: &Engine) -> Result<Option<(Softened, Bodies)>, Error> {
+    fn deposit(
+        &self,
+        scene: &Scene,
+        engine: &dyn Engine,
+    ) -> Result<Option<(Softened, Bodies)>, Error> {
         if !self.reduced_stiffness {
             return Ok(None);
         }
         let usage = |reason: &str| Err(Error::Usage(format!("--reduced-stiffness {reason}")));
-        let Engine::Native(options) = engine else {
+        let Some(options) = engine.native() else {
             return usage("is of the native engine; others pour at the scene's modulus");
         };
         let whole = self.steps.is_none() && self.until == LastStage::Loaded;
@@ -305,20 +318,21 @@ impl Arguments {
         Ok(Some((softened, poured.bed.bodies)))
     }
 
-    fn engine(&self) -> Result<Engine, Error> {
-        match &self.engine {
-            Chosen::Native => Ok(Engine::Native(native::Options {
+    fn engine(&self) -> Result<Box<dyn Engine>, Error> {
+        if self.engine == Named::Native {
+            return Ok(Box::new(native::Options {
                 perturbation: self.perturb,
                 threads: Threads::at_most(self.threads),
                 ..native::Options::default()
-            })),
-            Chosen::Yade | Chosen::Exec(_) if self.perturb.is_some() => Err(Error::Usage(
+            }));
+        }
+        if self.perturb.is_some() {
+            return Err(Error::Usage(
                 "--perturb puts a fault into the native engine; no other has such a thing"
                     .to_owned(),
-            )),
-            Chosen::Exec(program) => Ok(Engine::Exec(self.yade.limits.exec(program.clone()))),
-            Chosen::Yade => Ok(Engine::Yade(self.yade.options()?)),
+            ));
         }
+        self.yade.engine(&self.engine)
     }
 }
 

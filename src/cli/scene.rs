@@ -2,18 +2,20 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 
+use super::engine::{Several, several};
 use super::run::YadeLimits;
 use super::{json, print, tell};
 use crate::checks::Outcome;
 use crate::document::Table;
+use crate::engine::named::Named;
 use crate::error::{Error, exit};
 use crate::files::work_folder;
 use crate::run::folder::read_scene;
 use crate::study::realization::fast_scene;
 use crate::suite::parameters::{self, Parameter, ParameterPair};
-use crate::suite::run::Engines;
 use grains::model::Model;
 use grains::scene::{Scene, json_schema, paper_scene};
 use grains::tables::Stage;
@@ -94,8 +96,8 @@ pub struct Parameters {
     /// A scene file
     scene: PathBuf,
     /// Which engine is asked; both must be equal to 1e-14
-    #[arg(long, value_enum)]
-    engine: Engines,
+    #[arg(long, value_parser = names())]
+    engine: Several,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -105,13 +107,18 @@ pub struct Parameters {
 
 const ASKED: &str = "Parameters, asked of ten grains that touch each other, a wall and the punch";
 
+/// Of the engines of this program.
+fn names() -> impl TypedValueParser<Value = Several> {
+    PossibleValuesParser::new(["native", "yade", "both"]).try_map(|text| several(&text))
+}
+
 impl Parameters {
     fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
-        match self.engine {
-            Engines::Native => self.show(&parameters::of_native(&scene)?),
-            Engines::Yade => self.show(&self.of_yade(&scene)?),
-            Engines::Both => {
+        match &self.engine[..] {
+            [Named::Native] => self.show(&parameters::of_native(&scene)?),
+            [_] => self.show(&self.of_yade(&scene)?),
+            _ => {
                 let native = parameters::of_native(&scene)?;
                 self.compare(&parameters::side_by_side(native, &self.of_yade(&scene)?))
             }

@@ -3,18 +3,19 @@
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use super::engine::Several;
+use super::engine::{Several, name, several};
 use super::job_folder::Results;
 use super::report::Output;
 use super::run::YadeLimits;
 use super::{flag, with_options};
 use crate::checks::record::{self, Found};
 use crate::compare::first_steps::Beds;
+use crate::engine::named::Named;
 use crate::error::Error;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report::disc_field::of_figure_4;
-use crate::suite::run::{Options, verify, verify_exec};
+use crate::suite::run::{Options, verify, verify_in};
 use crate::workers::asked_to_end;
 
 #[derive(Debug, Args)]
@@ -25,7 +26,7 @@ use crate::workers::asked_to_end;
 )]
 pub struct Arguments {
     /// native, yade or both; or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
-    #[arg(long, default_value = "both")]
+    #[arg(long, default_value = "both", value_parser = several)]
     engine: Several,
     /// Find the smallest size of each fault that each case detects
     #[arg(long)]
@@ -52,28 +53,29 @@ impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         self.results.check(RECORD)?;
         let display = Display::new(self.output.quiet);
-        let verification = match &self.engine {
-            Several::BuiltIn(engine) => {
-                let options = Options {
-                    engine: *engine,
-                    grains: self.grains,
-                    detection_limits: self.detection_limits,
-                    yade: self.limits.options(),
-                    command: self.command(),
-                };
-                verify(&options, &display)?
-            }
-            Several::Exec(_) if self.detection_limits => {
+        let verification = match &self.engine[..] {
+            [Named::Exec(_)] if self.detection_limits => {
                 return Err(Error::Usage(
                     "--detection-limits puts faults into the native engine; an external engine has none of them"
                         .to_owned(),
                 ));
             }
-            Several::Exec(program) => {
-                let options = self.limits.exec(program.clone());
+            [Named::Exec(program)] => {
+                let engine = self.limits.external(program)?;
                 // One radius, so that an engine with a stiffness for each can take part.
                 let beds = Beds::new(1000, 0.0);
-                verify_exec(&options, &beds, &self.command(), &display)?
+                verify_in(&engine, &beds, &self.command(), &display)?
+            }
+            engines => {
+                let with_yade = engines.contains(&Named::Yade(None));
+                let options = Options {
+                    native: engines.contains(&Named::Native),
+                    yade: with_yade.then(|| self.limits.options()),
+                    grains: self.grains,
+                    detection_limits: self.detection_limits,
+                    command: self.command(),
+                };
+                verify(&options, &display)?
             }
         };
         if asked_to_end() {
@@ -93,9 +95,9 @@ impl Arguments {
     }
 
     fn command(&self) -> String {
-        let is_built_in = matches!(self.engine, Several::BuiltIn(_));
+        let is_built_in = !matches!(self.engine[..], [Named::Exec(_)]);
         let options = [
-            Some(format!("--engine {}", self.engine.name())),
+            Some(format!("--engine {}", name(&self.engine))),
             is_built_in.then(|| format!("--grains {}", self.grains)),
             flag(self.detection_limits, "--detection-limits"),
         ];

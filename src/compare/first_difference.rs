@@ -7,11 +7,10 @@
 use serde::Serialize;
 
 use super::bits::{self, NumberPair, TableBits};
-use crate::engine::{exec, yade};
+use crate::engine::exec::{self, ExternalEngine};
+use crate::engine::{Engine, EngineRecord, yade};
 use crate::files::{FileError, work_folder};
 use crate::run::folder::RunFolder;
-use crate::run::folder::record::EngineRecord;
-use crate::run::{Engine, bare};
 use grains::model::Model;
 use grains::native;
 use grains::scene::Scene;
@@ -105,9 +104,9 @@ impl Locator {
     }
 
     /// The engine of a run, as it was, ready to be run again.
-    pub fn engine_of(&self, run: &RunFolder) -> Result<Engine, String> {
+    pub fn engine_of(&self, run: &RunFolder) -> Result<Box<dyn Engine>, String> {
         Ok(match &run.record.engine {
-            EngineRecord::Native { perturbation, .. } => Engine::Native(native::Options {
+            EngineRecord::Native { perturbation, .. } => Box::new(native::Options {
                 perturbation: *perturbation,
                 ..native::Options::default()
             }),
@@ -115,32 +114,34 @@ impl Locator {
                 sorted,
                 verlet_distance,
                 ..
-            } => Engine::Yade(yade::Options {
+            } => Box::new(yade::Options {
                 sorted: *sorted,
                 verlet_distance: *verlet_distance,
                 ..self.yade.clone()
             }),
             EngineRecord::Exec { described, digest } => {
-                Engine::Exec(self.program(&described.name, digest)?)
+                let program = self.program(&described.name, digest)?.clone();
+                Box::new(ExternalEngine::ask(program).map_err(|error| error.to_string())?)
             }
         })
     }
 
     /// What the digest of a run's program covers; none where no program was named for it.
     pub fn covered(&self, run: &RunFolder) -> Option<Result<String, FileError>> {
-        match self.engine_of(run) {
-            Ok(Engine::Exec(options)) => Some(exec::covered(&options.program)),
-            _ => None,
-        }
+        let EngineRecord::Exec { described, digest } = &run.record.engine else {
+            return None;
+        };
+        let program = self.program(&described.name, digest).ok()?;
+        Some(exec::covered(&program.program))
     }
 
     /// The program that made a run: another one would find another difference.
-    fn program(&self, name: &str, digest: &str) -> Result<exec::Options, String> {
+    fn program(&self, name: &str, digest: &str) -> Result<&exec::Options, String> {
         for options in &self.programs {
             let found =
                 exec::program_digest(&options.program).map_err(|error| error.to_string())?;
             if found == digest {
-                return Ok(options.clone());
+                return Ok(options);
             }
         }
         Err(if self.programs.is_empty() {
@@ -158,7 +159,7 @@ impl Locator {
 /// An engine, ready to be run again.
 struct Side<'a> {
     scene: &'a Scene,
-    engine: Engine,
+    engine: Box<dyn Engine>,
 }
 
 impl Side<'_> {
@@ -169,9 +170,8 @@ impl Side<'_> {
             start: start.clone(),
             until: Until::Step(step),
         };
-        let (outcome, _, _) = bare(self.scene, &self.engine, &task, work.path(), &mut ())
-            .map_err(|error| error.to_string())?;
-        Ok(outcome.last.into())
+        let run = self.engine.run(self.scene, &task, work.path(), &mut ());
+        Ok(run.map_err(|error| error.to_string())?.outcome.last.into())
     }
 }
 
@@ -204,7 +204,7 @@ impl Search<'_> {
         }
         let native = Side {
             scene: &run.scene,
-            engine: Engine::Native(native::Options::default()),
+            engine: Box::new(native::Options::default()),
         };
         let proved = |state: &Start| proof.is_none_or(|proof| state.bodies.digest() == proof);
         self.starts += 1;

@@ -1,19 +1,13 @@
 //! An engine's first hundred steps from a bed, judged, and what is said of them.
 
-use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::checks::{Check, Outcome};
 use crate::document::{Section, Table};
-use crate::engine::exec::{self, Description, Part, missing_for_case};
-use crate::engine::{EngineError, ProgramError, yade};
+use crate::engine::{Engine, EngineError, ProgramError};
 use crate::files::work_folder;
-use crate::run::{Engine, bare};
-use grains::model::Model;
-use grains::native;
 use grains::tables::Snapshot;
 use grains::task::Case;
-use grains::variant::Form;
 use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, REPLICAS};
@@ -23,82 +17,14 @@ use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
 
-/// An engine that is asked for its first steps.
-#[derive(Debug, Clone, Copy)]
-pub enum Asked<'a> {
-    /// Our own, as it is or with a fault.
-    Native(&'a native::Options),
-    Yade(&'a yade::Options),
-    /// One that says so of itself.
-    Exec(&'a Description, &'a exec::Options),
-}
-
-impl<'a> Asked<'a> {
-    /// What it does not have of what the case asks for.
-    pub fn lacks(self, case: &Case) -> Option<String> {
-        match self {
-            Asked::Native(_) => None,
-            Asked::Yade(_) => yade::unsupported(&case.model),
-            Asked::Exec(engine, _) => {
-                let missing = missing_for_case(engine, case);
-                (!missing.is_empty()).then(|| Part::list(&missing))
-            }
-        }
-    }
-
-    /// The terms that it says it has in another form.
-    fn declared(self) -> &'a [Form] {
-        match self {
-            Asked::Exec(engine, _) => &engine.forms,
-            Asked::Native(_) | Asked::Yade(_) => &[],
-        }
-    }
-
-    /// What it does not have of what the excerpt asks for.
-    fn lacks_of(self, of: &Excerpt) -> Option<String> {
-        match self {
-            Asked::Native(_) => None,
-            Asked::Yade(_) => of
-                .scene
-                .stages()
-                .find_map(|stage| yade::unsupported(&Model::in_stage(&of.scene, stage))),
-            Asked::Exec(engine, _) => {
-                let missing = exec::missing_for_scene(engine, &of.scene, &of.task);
-                (!missing.is_empty()).then(|| Part::list(&missing))
-            }
-        }
-    }
-
-    /// The moments of an excerpt; a refusal is an answer.
-    fn run_excerpt(self, of: &Excerpt) -> Result<Answer, EngineError> {
-        let work = work_folder().map_err(ProgramError::File)?;
-        let engine = match self {
-            Asked::Native(options) => Engine::Native(options.clone()),
-            Asked::Yade(options) => Engine::Yade(options.clone()),
-            Asked::Exec(_, options) => Engine::Exec(options.clone()),
-        };
-        let mut seen: Vec<Snapshot> = Vec::new();
-        match bare(&of.scene, &engine, &of.task, work.path(), &mut seen) {
-            Ok(_) => Ok(Ok(seen)),
-            Err(EngineError::Program(ProgramError::Refused(why))) => Ok(Err(why)),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// What it makes of each case; `work` is an empty folder.
-    pub fn run(self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
-        match self {
-            Asked::Native(options) => {
-                let fault = options.perturbation;
-                let run = |case: &&Case| Ok(Ok(native::run_case(case, fault)?));
-                cases.iter().map(run).collect()
-            }
-            Asked::Yade(options) => {
-                let (made, _) = yade::run_cases(cases, options, work, &mut ())?;
-                Ok(made.into_iter().map(|of| Ok(of.track)).collect())
-            }
-            Asked::Exec(engine, options) => Ok(exec::run_cases(cases, engine, options, work)?),
-        }
+/// The moments of an excerpt; a refusal is an answer.
+fn run_excerpt(engine: &dyn Engine, of: &Excerpt) -> Result<Answer, EngineError> {
+    let work = work_folder().map_err(ProgramError::File)?;
+    let mut seen: Vec<Snapshot> = Vec::new();
+    match engine.run(&of.scene, &of.task, work.path(), &mut seen) {
+        Ok(_) => Ok(Ok(seen)),
+        Err(EngineError::Program(ProgramError::Refused(why))) => Ok(Err(why)),
+        Err(error) => Err(error),
     }
 }
 
@@ -135,7 +61,7 @@ impl From<Reference> for Beds {
 
 /// Judges the engine from a bed, or from a small one if it refuses so many grains.
 pub fn first_steps(
-    engine: Asked<'_>,
+    engine: &dyn Engine,
     beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
@@ -161,27 +87,27 @@ pub fn first_steps(
 /// Judges the engine against what is known of a bed.
 pub fn from_bed(
     reference: &Reference,
-    engine: Asked<'_>,
+    engine: &dyn Engine,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
     let mut run = |cases: &[&Case]| {
         let work = work_folder().map_err(ProgramError::File)?;
-        engine.run(cases, work.path())
+        engine.run_cases(cases, work.path())
     };
     let mut found = reference.judge(
-        engine.declared(),
-        &|case| engine.lacks(case),
+        engine.forms(),
+        &|case| engine.lacks_for(case),
         &mut run,
         progress,
     )?;
     let nobody_to_ask = found.starts.iter().all(|of| of.skipped.is_some());
     for of in &reference.excerpts {
         progress(&of.start);
-        match engine.lacks_of(of) {
+        match engine.lacks(&of.scene, &of.task) {
             _ if nobody_to_ask => {}
             Some(lacking) => found.not_asked.push(of.not_asked(lacking)),
             None => {
-                let judged = match engine.run_excerpt(of) {
+                let judged = match run_excerpt(engine, of) {
                     // What is wrong with it is known, and may well end its run.
                     Err(error) if found.verdict() == Verdict::Different => {
                         of.failed(error.to_string())

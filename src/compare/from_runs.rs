@@ -7,7 +7,7 @@ use crate::files::work_folder;
 use crate::run::continued::Continued;
 use crate::run::folder::record::Protocol;
 use crate::run::folder::{Moment, RunFolder};
-use crate::run::{Engine, EngineError, recorded};
+use crate::run::{EngineError, recorded};
 use evidence::in_parallel;
 use evidence::moments::{mean, standard_deviation};
 use grains::generate::{can_turn, initial_bodies};
@@ -250,7 +250,7 @@ fn reached(run: &RunFolder, all: &[Continued]) -> String {
 /// The same of a scene alone, as native runs it.
 pub fn states_of(scene: &Scene) -> Result<Reference, EngineError> {
     let work = work_folder().map_err(ProgramError::File)?;
-    let native = Engine::Native(native::Options::default());
+    let native = native::Options::default();
     let (start, mut quiet) = (initial_bodies(scene), |_, _, _| ());
     let run = recorded(
         scene,
@@ -308,10 +308,10 @@ impl Replicas {
             ..noise
         };
         let runs = in_parallel(REPLICAS, |replica| {
-            let engine = Engine::Native(native::Options {
+            let engine = native::Options {
                 noise: (replica > 0).then(|| of_replica(noise, 2 * replica)),
                 ..native::Options::default()
-            });
+            };
             let work = work_folder().map_err(|error| error.to_string())?;
             let (protocol, start) = (run.record.protocol, start_of(run));
             recorded(

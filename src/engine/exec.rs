@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::read::{self, Timed, TimedSteps};
 use super::watch::{self, Beats, Done, Limits, end_of, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
-use super::{ProgramError, Result, nonsense};
+use super::{Engine, EngineError, EngineRecord, ProgramError, Result, Run, has_all, nonsense};
 use crate::child::{Group, on_path};
 use crate::files::{
     FileError, Listed, Place, created, failed, file_digest, listed, make_executable, new_folder,
@@ -25,7 +25,8 @@ use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Punch, Stage};
-use grains::task::{Case, Observer, Outcome, Task, Until};
+use grains::task::{Case, Observer, Task, Until};
+use grains::variant::Form;
 use verdict::Answer;
 
 pub const PROTOCOL: u32 = 1;
@@ -35,6 +36,8 @@ pub const PROTOCOL: u32 = 1;
 pub struct Options {
     pub program: PathBuf,
     pub limits: Limits,
+    /// A program, with its arguments, that what it times is to run under, such as valgrind; usually none.
+    pub under: Vec<String>,
 }
 
 impl Options {
@@ -42,6 +45,7 @@ impl Options {
         Options {
             program,
             limits: usual_limits(),
+            under: Vec::new(),
         }
     }
 }
@@ -333,96 +337,93 @@ impl Adapter {
         }
         make_executable(&program)?;
         ExternalEngine::ask(Options {
-            program,
             limits: limits.clone(),
+            ..Options::new(program)
         })
     }
 }
 
-#[derive(Debug)]
-pub struct ProgramRun {
-    pub outcome: Outcome,
-    pub version: String,
-    pub log: String,
-    /// What the job took, its start and its tables included, as this program has seen it.
-    pub took: Done,
-}
-
-/// Runs the task. `work` is an empty folder on a disk with room for about 2 MB a moment of history.
-pub fn run(
-    scene: &Scene,
-    task: &Task,
-    engine: &ExternalEngine,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<ProgramRun> {
-    check_scene(&engine.description, scene, task, &[])?;
-    write_scene(work, scene, task, &Value::Null)?;
-    engine.check_unchanged()?;
-    let took = start(&engine.options, work, observer)?;
-    engine.check_unchanged()?;
-    Ok(ProgramRun {
-        outcome: read::scene(work, scene, task, observer)?,
-        version: engine.description.version.clone(),
-        log: log(work),
-        took,
-    })
-}
-
-/// That the engine has all that the task asks for, these parts aside.
-pub fn check_scene(engine: &Description, scene: &Scene, task: &Task, aside: &[Part]) -> Result<()> {
-    let missing = missing_for_scene(engine, scene, task).into_iter();
-    let missing = missing.filter(|part| !aside.contains(part));
-    has_all(engine, missing.collect(), HINT_SCENE)
-}
-
-const HINT_SCENE: &str = "take an engine that has it, or a scene that does not ask for it; of `crossgrain run` --until settled \
-                          needs no punch, and --steps N no rules that end a stage either";
-const HINT_CASES: &str = "these experiments ask for it";
-
-fn has_all(engine: &Description, missing: BTreeSet<Part>, hint: &'static str) -> Result<()> {
-    if missing.is_empty() {
-        return Ok(());
+impl Engine for ExternalEngine {
+    fn name(&self) -> String {
+        let name = self.options.program.file_name().unwrap_or_default();
+        format!("exec {}", name.to_string_lossy())
     }
-    Err(ProgramError::Unsupported {
-        engine: engine.name.clone(),
-        missing: missing.into_iter().map(Part::in_words).collect(),
-        hint,
-    })
+
+    fn describe(&self) -> Result<Description, EngineError> {
+        Ok(self.description.clone())
+    }
+
+    fn forms(&self) -> &[Form] {
+        &self.description.forms
+    }
+
+    fn lacks(&self, scene: &Scene, task: &Task) -> Option<String> {
+        listed_parts(missing_for_scene(&self.description, scene, task))
+    }
+
+    fn lacks_for(&self, case: &Case) -> Option<String> {
+        listed_parts(missing_for_case(&self.description, case))
+    }
+
+    fn run(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        work: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Run, EngineError> {
+        self.check(scene, task)?;
+        write_scene(work, scene, task, &Value::Null)?;
+        self.check_unchanged()?;
+        let took = start(&self.options, work, observer)?;
+        self.check_unchanged()?;
+        Ok(Run {
+            outcome: read::scene(work, scene, task, observer)?,
+            engine: EngineRecord::Exec {
+                described: self.description.clone(),
+                digest: self.digest.clone(),
+            },
+            log: log(work),
+            took: Some(took),
+        })
+    }
+
+    /// Every case must ask only for what the engine has.
+    fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
+        let missing = |case: &&Case| missing_for_case(&self.description, case);
+        let missing: BTreeSet<Part> = cases.iter().flat_map(missing).collect();
+        has_all(&self.description.name, listed_parts(missing), HINT_CASES)?;
+        write_cases(work, cases, &Value::Null)?;
+        start(&self.options, work, &mut ())?;
+        let results = read::cases(work, cases)?.into_iter();
+        Ok(results.map(|of| of.map(|run| run.track)).collect())
+    }
+
+    fn time(
+        &self,
+        model: &Model,
+        bodies: &Bodies,
+        steps: TimedSteps,
+        work: &Path,
+    ) -> Result<(Timed, String), EngineError> {
+        let Description { name, version, .. } = &self.description;
+        let has_timing = self.description.has(Part::Timing);
+        let missing = (!has_timing).then(|| Part::Timing.in_words());
+        has_all(name, missing, HINT_CASES)?;
+        write_timing(work, model, bodies, steps, &Value::Null)?;
+        start(&self.options, work, &mut ())?;
+        Ok((read::timed(work, model, bodies, steps)?, version.clone()))
+    }
 }
 
-/// Runs the cases in one start of the engine, in order; `work` is an empty folder. Every case must ask only for what the
-/// engine has ([`missing_for_case`]).
-pub fn run_cases(
-    cases: &[&Case],
-    description: &Description,
-    options: &Options,
-    work: &Path,
-) -> Result<Vec<Answer>> {
-    let missing = |case: &&Case| missing_for_case(description, case);
-    let missing = cases.iter().flat_map(missing).collect();
-    has_all(description, missing, HINT_CASES)?;
-    write_cases(work, cases, &Value::Null)?;
-    start(options, work, &mut ())?;
-    let results = read::cases(work, cases)?.into_iter();
-    Ok(results.map(|of| of.map(|run| run.track)).collect())
+fn listed_parts(missing: impl IntoIterator<Item = Part>) -> Option<String> {
+    let missing = Vec::from_iter(missing);
+    (!missing.is_empty()).then(|| Part::list(&missing))
 }
 
-/// Has the engine time steps of this bed by its own clock; `work` is an empty folder.
-pub fn time(
-    model: &Model,
-    bodies: &Bodies,
-    steps: TimedSteps,
-    engine: &ExternalEngine,
-    work: &Path,
-) -> Result<Timed> {
-    let description = &engine.description;
-    let missing = (!description.has(Part::Timing)).then_some(Part::Timing);
-    has_all(description, missing.into_iter().collect(), HINT_CASES)?;
-    write_timing(work, model, bodies, steps, &Value::Null)?;
-    start(&engine.options, work, &mut ())?;
-    read::timed(work, model, bodies, steps)
-}
+pub(super) const HINT_SCENE: &str = "take an engine that has it, or a scene that does not ask for it; of `crossgrain run` --until settled \
+                          needs no punch, and --steps N no rules that end a stage either";
+pub(super) const HINT_CASES: &str = "these experiments ask for it";
 
 /// What the engine prints goes here, in the job's folder; of `describe` its standard output alone.
 pub const SAID: &str = "engine.log";

@@ -6,19 +6,26 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::exec::{ProgramRun, SAID, finish, usual_limits};
+use super::exec::{SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
 use super::watch::{Done, Limits};
-use super::{ProgramError, Result, ensure, exec, nonsense, read, read_json};
+use super::{
+    Description, Engine, EngineError, EngineRecord, Part, ProgramError, Result, Run, ensure, exec,
+    nonsense, read, read_json,
+};
 use crate::child::on_path;
-use crate::files::{Place, link, new_folder, regular, sha256_hex, whole_path, write_whole};
+use crate::files::{
+    Place, link, new_folder, regular, sha256_hex, whole_path, work_folder, write_whole,
+};
 use grains::model::Model;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::{Case, Effective, Load, Observer, Task};
+use verdict::Answer;
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);
@@ -54,6 +61,109 @@ impl Options {
     /// What the scripts are told besides the job.
     fn settings(&self) -> Value {
         json!({"sorted": self.sorted, "verlet_distance": self.verlet_distance})
+    }
+
+    fn order(&self) -> &'static str {
+        ["ordinary", "sorted"][usize::from(self.sorted)]
+    }
+}
+
+impl Engine for Options {
+    fn name(&self) -> String {
+        match self.sorted {
+            true => "YADE sorted".to_owned(),
+            false => format!("YADE ordinary {:?}", self.verlet_distance),
+        }
+    }
+
+    fn words(&self) -> String {
+        let (order, distance) = (self.order(), self.verlet_distance);
+        format!("--engine yade --loop {order} --verlet-distance {distance:?}")
+    }
+
+    fn describe(&self) -> Result<Description, EngineError> {
+        let work = work_folder().map_err(ProgramError::File)?;
+        let (_, version) = run_cases(&[], self, work.path(), &mut ())?;
+        Ok(Description {
+            protocol: exec::PROTOCOL,
+            name: "YADE".to_owned(),
+            version: format!("{version}, {} loop", self.order()),
+            parts: Part::value_variants().to_vec(),
+            approximations: Vec::new(),
+            forms: Vec::new(),
+        })
+    }
+
+    fn lacks(&self, scene: &Scene, _task: &Task) -> Option<String> {
+        lacking(scene)
+    }
+
+    fn lacks_for(&self, case: &Case) -> Option<String> {
+        unsupported(&case.model)
+    }
+
+    fn check(&self, scene: &Scene, _task: &Task) -> Result<(), EngineError> {
+        check_scene(scene, self)?;
+        Ok(())
+    }
+
+    fn run(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        work: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Run, EngineError> {
+        let yade = check_scene(scene, self)?;
+        exec::write_scene(work, scene, task, &self.settings())?;
+        let (took, version) = start(&yade, RUN_SCENE, work, self, observer)?;
+        Ok(Run {
+            outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
+            engine: EngineRecord::Yade {
+                version,
+                sorted: self.sorted,
+                verlet_distance: self.verlet_distance,
+                script: script_digest(),
+            },
+            log: exec::log(work),
+            // Its stages tell what they took, without the start.
+            took: Some(Done {
+                processor_seconds: None,
+                ..took
+            }),
+        })
+    }
+
+    fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
+        let (made, _) = run_cases(cases, self, work, &mut ())?;
+        Ok(made.into_iter().map(|of| Ok(of.track)).collect())
+    }
+
+    fn time(
+        &self,
+        model: &Model,
+        bodies: &Bodies,
+        steps: TimedSteps,
+        work: &Path,
+    ) -> Result<(Timed, String), EngineError> {
+        can(unsupported(model))?;
+        let yade = find(self.program.as_deref())?;
+        exec::write_timing(work, model, bodies, steps, &self.settings())?;
+        let options = Options {
+            threads: steps.processes,
+            ..self.clone()
+        };
+        let (_, version) = start(&yade, TIME_STEPS, work, &options, &mut ())?;
+        let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
+        Ok((timed, version))
+    }
+
+    fn is_of_this_program(&self) -> bool {
+        true
+    }
+
+    fn log(&self) -> [&'static str; 2] {
+        [".yade.log", "YADE's"]
     }
 }
 
@@ -96,7 +206,7 @@ fn missing(reason: String) -> ProgramError {
 fn lacks(what: String) -> ProgramError {
     ProgramError::Unsupported {
         engine: "YADE".to_owned(),
-        missing: vec![what],
+        missing: what,
         hint: "run this scene with the native engine",
     }
 }
@@ -159,25 +269,6 @@ pub fn unsupported(model: &Model) -> Option<String> {
     reason
         .or(timed.then_some("slip since touch (contact.new_contact_slip = since_touch)"))
         .map(str::to_owned)
-}
-
-/// Runs the task in YADE. `work` is an empty folder on a disk with room for about 1 MB a moment of history.
-pub fn run(
-    scene: &Scene,
-    task: &Task,
-    options: &Options,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<ProgramRun> {
-    let yade = check_scene(scene, options)?;
-    exec::write_scene(work, scene, task, &options.settings())?;
-    let (took, version) = start(&yade, RUN_SCENE, work, options, observer)?;
-    Ok(ProgramRun {
-        outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
-        version,
-        log: exec::log(work),
-        took,
-    })
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -258,26 +349,6 @@ pub fn propose(cases: &[&Case], options: &Options, work: &Path) -> Result<(Vec<P
         format!("{name} has {found} steps for {wanted} cases")
     })?;
     Ok((proposals, version))
-}
-
-/// Times steps of this bed, and YADE's version. `work` is an empty folder.
-pub fn time(
-    model: &Model,
-    bodies: &Bodies,
-    steps: TimedSteps,
-    options: &Options,
-    work: &Path,
-) -> Result<(Timed, String)> {
-    can(unsupported(model))?;
-    let yade = find(options.program.as_deref())?;
-    exec::write_timing(work, model, bodies, steps, &options.settings())?;
-    let options = Options {
-        threads: steps.processes,
-        ..options.clone()
-    };
-    let (_, version) = start(&yade, TIME_STEPS, work, &options, &mut ())?;
-    let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
-    Ok((timed, version))
 }
 
 fn can(lacking: Option<String>) -> Result<()> {

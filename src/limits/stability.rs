@@ -15,7 +15,6 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use crate::checks::{Check, Measured, Outcome, verdict};
-use crate::compare::first_steps::Asked;
 use crate::engine::exec::Description;
 use crate::engine::yade::{Proposal, propose};
 use crate::engine::{EngineError, ProgramError};
@@ -183,9 +182,9 @@ impl Study for Stability {
                 })
             }
             Task::Failure(mode, Runner::Native) => Ok(Made::Failure(mode.in_native()?)),
-            Task::Failure(mode, _) => Ok(Made::FailureInYade {
+            Task::Failure(mode, runner) => Ok(Made::FailureInYade {
                 name: mode.name.to_owned(),
-                end: mode.in_yade(&engines.yade, work)?,
+                end: mode.in_engine(engines.engine(runner)?.as_ref(), work)?,
             }),
         }
     }
@@ -370,26 +369,22 @@ impl SceneTrials {
         let [at_random, in_mode] = self.disturbed.clone();
         let searches = [(at_random, &self.row.undamped), (in_mode, &self.row.damped)]
             .map(|(of, limits)| Search::new(of, limits.alpha, limits.predicted));
-        let (engine, name, version) = if runner.is_yade() {
+        let engine = engines.engine(runner)?;
+        let (name, version) = if runner.is_yade() {
             let options = &engines.yade;
             let (proposals, version) = propose(&[&self.scene.case], options, &place()?)?;
             self.row.proposal_of_yade = proposals.into_iter().next();
-            (Asked::Yade(options), "YADE", version)
+            ("YADE".to_owned(), version)
         } else {
-            let of = engines.external()?;
-            let Description { name, version, .. } = &of.description;
-            (
-                Asked::Exec(&of.description, &of.options),
-                name.as_str(),
-                version.clone(),
-            )
+            let Description { name, version, .. } = engine.describe()?;
+            (name, version)
         };
         // The damped search asks for all that the other does.
-        if let Some(lacking) = engine.lacks(&searches[1].at_start()) {
+        if let Some(lacking) = engine.lacks_for(&searches[1].at_start()) {
             self.row.skipped = Some(format!("{name} has no {lacking}"));
             return Ok(version);
         }
-        let found = find_all(searches.into(), |cases| engine.run(cases, &place()?))?;
+        let found = find_all(searches.into(), |cases| engine.run_cases(cases, &place()?))?;
         let refused = found.iter().find_map(|found| found.as_ref().err());
         self.row.skipped = refused.map(|reason| format!("{name} refused: {reason}"));
         if let [Ok(undamped), Ok(damped)] = &found[..] {

@@ -12,8 +12,9 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::path::Path;
 
+use crate::engine::EngineRecord;
 use flate2::read::GzDecoder;
-use record::{EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, TraceRow};
+use record::{Protocol, RECORD_VERSION, Restart, RunRecord, TraceRow};
 use serde::Deserialize;
 
 use crate::files::{

@@ -8,11 +8,11 @@
 use std::path::Path;
 use std::sync::Mutex;
 
-use super::{Engine, EngineError, KeptError, Made, followed, keep_evidence, name};
-use crate::engine::ProgramError;
+use super::{EngineError, KeptError, Made, followed, keep_evidence};
+use crate::engine::{Engine, EngineRecord, ProgramError};
 use crate::files::folder_aside;
 use crate::progress::{self, Display};
-use crate::run::folder::record::{EngineRecord, Protocol, Restart};
+use crate::run::folder::record::{Protocol, Restart};
 use crate::run::folder::{Moment, RunFolder};
 use crate::workers::{cores, each, lock};
 use grains::generate::initial_bodies;
@@ -58,12 +58,12 @@ pub fn cuts(scene: &Scene, history: &[HistoryRow]) -> Vec<u64> {
 /// Runs the scene whole, cut at these steps of settling, and writes its folder.
 pub fn to_folder(
     scene: &Scene,
-    engine: &Engine,
+    engine: &dyn Engine,
     cuts: &[u64],
     out: &Path,
     display: &Display,
 ) -> Result<RunFolder, KeptError> {
-    let task = display.task(&name(engine));
+    let task = display.task(&engine.name());
     let made = in_parts(scene, engine, cuts, out, &task);
     let (made, parts) = made.inspect_err(|_| task.done("failed"))?;
     let mut run = made.folder(scene, engine, Protocol::Whole, initial_bodies(scene));
@@ -76,7 +76,7 @@ pub fn to_folder(
 /// The run, and how many parts it is of.
 fn in_parts(
     scene: &Scene,
-    engine: &Engine,
+    engine: &dyn Engine,
     cuts: &[u64],
     out: &Path,
     task: &progress::Task,
@@ -144,7 +144,7 @@ struct Part {
 
 /// The parts as the native engine begins them.
 fn begun(scene: &Scene, cuts: &[u64]) -> Result<Vec<Part>, EngineError> {
-    let native = Engine::Native(native::Options::default());
+    let native = native::Options::default();
     let mut parts = Vec::new();
     let mut whole: Option<Made> = None;
     let mut next = Some(Start::from(initial_bodies(scene)));
@@ -187,7 +187,7 @@ impl Part {
 
     fn run(
         &self,
-        engine: &Engine,
+        engine: &dyn Engine,
         out: &Path,
         progress: &mut dyn FnMut(Stage, u64, f64),
     ) -> Result<Made, KeptError> {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::engine::exec::{self, ExternalEngine, Part, missing_for_scene};
-use crate::engine::{ProgramError, yade};
+use crate::engine::exec::ExternalEngine;
+use crate::engine::{Engine, Part, ProgramError, yade};
 use crate::files::sha256_hex;
 use crate::run::EngineError;
 use evidence::distribution::{self, Family};
@@ -18,7 +18,7 @@ use grains::scene::{
     AfterForce, Cell, Cloud, Damping, Scene, Shape, Tension, TimeStep, Viscosity, paper_scene,
 };
 
-use grains::tables::{Snapshot, Stage, StopReason};
+use grains::tables::{Bodies, Snapshot, Stage, StopReason};
 use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
 
@@ -125,6 +125,17 @@ pub struct Engines {
 }
 
 impl Engines {
+    pub fn engine(&self, runner: Runner) -> Result<Box<dyn Engine>, ProgramError> {
+        Ok(match runner {
+            Runner::Native => Box::new(native::Options::default()),
+            Runner::YadeOrdinary | Runner::YadeSorted => Box::new(yade::Options {
+                sorted: runner == Runner::YadeSorted,
+                ..self.yade.clone()
+            }),
+            Runner::External => Box::new(self.external()?.clone()),
+        })
+    }
+
     /// The external engine, which must have been named.
     pub fn external(&self) -> Result<&ExternalEngine, ProgramError> {
         let missing = || ProgramError::NotStarted {
@@ -156,22 +167,18 @@ impl Specification {
         work: &Path,
     ) -> Result<Realization, EngineError> {
         let scene = unobserved(&self.scene_of(realization));
-        match self.runner {
-            Runner::Native => Ok(in_native(&scene, &self.phases)?),
-            Runner::YadeOrdinary | Runner::YadeSorted => {
-                let options = yade::Options {
-                    sorted: self.runner == Runner::YadeSorted,
-                    ..engines.yade.clone()
-                };
-                let task = Task::whole(initial_bodies(&scene));
-                let run = yade::run(&scene, &task, &options, work, &mut ())?;
-                let stages = run.outcome.stages.iter();
-                let seconds = stages.map(|stage| stage.cpu_seconds).sum();
-                let engine = format!("YADE {}", run.version);
-                Ok(whole(run.outcome, seconds, engine))
-            }
-            Runner::External => Ok(in_external(&scene, engines.external()?, work)?),
+        let engine = engines.engine(self.runner)?;
+        let initial = initial_bodies(&scene);
+        if let Some(options) = engine.native().filter(|_| !self.phases.is_empty())
+            && let Some(poured) =
+                native::pouring::pour(&scene, &self.phases, options, initial.clone())?
+        {
+            return Ok(Realization {
+                pour_steps: poured.steps,
+                ..loaded(&scene, &poured.bed, poured.settled)?
+            });
         }
+        whole_in(engine.as_ref(), &scene, initial, work)
     }
 }
 
@@ -182,22 +189,21 @@ pub fn unobserved(scene: &Scene) -> Scene {
     scene
 }
 
-/// Pours and loads in an external engine. One that has everything but a punch pours and settles.
-fn in_external(
+/// Pours and loads. An engine that has everything but a punch pours and settles.
+fn whole_in(
+    engine: &dyn Engine,
     scene: &Scene,
-    engine: &ExternalEngine,
+    initial: Bodies,
     work: &Path,
-) -> Result<Realization, ProgramError> {
-    let mut task = Task::whole(initial_bodies(scene));
-    let missing = missing_for_scene(&engine.description, scene, &task);
-    let only_poured = missing == [Part::Punch];
+) -> Result<Realization, EngineError> {
+    let mut task = Task::whole(initial);
+    let only_poured = engine.lacks(scene, &task) == Some(Part::Punch.in_words());
     if only_poured {
         task.until = Until::EndOfSettling;
     }
-    let run = exec::run(scene, &task, engine, work, &mut ())?;
-    let told = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
-    let elsewhere = run.took.processor_seconds.unwrap_or_else(|| told.sum());
-    let mut made = whole(run.outcome, elsewhere, engine.description.label());
+    let run = engine.run(scene, &task, work, &mut ())?;
+    let elsewhere = run.elsewhere();
+    let mut made = whole(run.outcome, elsewhere, run.engine.program());
     if only_poured && made.ending != Ending::NotSettled {
         made.ending = Ending::Poured;
         made.outcome.settled = Some(made.outcome.last.clone());
@@ -213,20 +219,6 @@ pub fn went_wrong(error: EngineError) -> Result<String, EngineError> {
         EngineError::Program(error @ ProgramError::WentWrong { .. }) => Ok(error.to_string()),
         error => Err(error),
     }
-}
-
-fn in_native(scene: &Scene, phases: &[Phase]) -> Result<Realization, NativeError> {
-    let (initial, options) = (initial_bodies(scene), native::Options::default());
-    if !phases.is_empty()
-        && let Some(poured) = native::pouring::pour(scene, phases, &options, initial.clone())?
-    {
-        return Ok(Realization {
-            pour_steps: poured.steps,
-            ..loaded(scene, &poured.bed, poured.settled)?
-        });
-    }
-    let outcome = native::run(scene, &Task::whole(initial), &options, &mut ())?;
-    Ok(whole(outcome, 0.0, native_engine()))
 }
 
 /// Loads a bed that was poured before, in the native engine, with the bits of the whole run; a bed that has not `settled`

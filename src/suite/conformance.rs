@@ -3,16 +3,12 @@
 
 pub mod table;
 
-use std::collections::BTreeSet;
-
-use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::checks::{Check, Outcome};
-use crate::compare::first_steps::{self, Asked, Beds};
+use crate::compare::first_steps::{self, Beds};
 use crate::document::{Document, Section};
-use crate::engine::exec::{self, Description, ExternalEngine, Options, Part};
-use crate::engine::{ProgramError, yade};
+use crate::engine::{Description, Engine, Part, ProgramError};
 use crate::files::work_folder;
 use crate::run::EngineError;
 use crate::suite::parameters::apart;
@@ -75,6 +71,13 @@ impl Conformance {
         Ok(())
     }
 
+    fn with(mut self, first_steps: Judgement) -> Self {
+        let checks = first_steps::checks(&first_steps, FIRST_STEPS);
+        self.checks.extend(checks);
+        self.first_steps = Some(first_steps);
+        self
+    }
+
     pub fn document(&self) -> Document {
         let engine = &self.engine;
         let parts: Vec<String> = engine.parts.iter().map(|part| part.name()).collect();
@@ -117,16 +120,16 @@ impl Conformance {
     }
 }
 
-/// Runs the small jobs, then the first steps from a bed; `progress` hears the name of each.
+/// Runs the small jobs, which a program that this one translates for is spared, and the first steps from a bed; `progress` hears
+/// the name of each.
 pub fn conformance(
-    options: &Options,
+    engine: &dyn Engine,
     beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
-    let engine = exec::describe(options)?;
-    let first_steps = if engine.has(Part::Cases) {
-        first_steps::first_steps(Asked::Exec(&engine, options), beds, progress)
-            .map_err(Trouble::from)
+    let described = engine.describe()?;
+    let first_steps = if described.has(Part::Cases) {
+        first_steps::first_steps(engine, beds, progress).map_err(Trouble::from)
     } else {
         Err(Trouble::Skipped(
             "the engine says that it has no lists of small experiments (cases)".to_owned(),
@@ -136,28 +139,32 @@ pub fn conformance(
     let resolution = first_steps.as_ref().map(|of| of.resolution);
     let single = resolution.is_ok_and(|of| !of.is_double());
     let mut found = Conformance {
-        engine,
+        engine: described,
         checks: Vec::new(),
         first_steps: None,
     };
+    if engine.is_of_this_program() {
+        return match first_steps {
+            Ok(first_steps) => Ok(found.with(first_steps)),
+            Err(Trouble::Engine(error)) => Err(error),
+            Err(_) => Ok(found),
+        };
+    }
     for job in jobs() {
         progress(job.id);
         let job = Job { single, ..job };
-        let said = against_native(&found.engine, options, &job);
+        let said = against_native(engine, &job);
         found.add(job.id, job.what, said)?;
     }
     progress("again");
-    let said = again(&found.engine, options);
+    let said = again(engine);
     found.add("again", "the small bed once more", said)?;
     progress("cases");
-    let said = cases(&found.engine, options, single);
+    let said = cases(engine, single);
     let what = "two lists of grains in one start, each looked at three times";
     found.add("cases", what, said)?;
     match first_steps {
-        Ok(of) => {
-            found.checks.extend(first_steps::checks(&of, FIRST_STEPS));
-            found.first_steps = Some(of);
-        }
+        Ok(of) => found = found.with(of),
         Err(trouble) => {
             found.add("first-steps", "its first steps from a bed", Err(trouble))?;
             // Without them nothing is decided.
@@ -167,30 +174,6 @@ pub fn conformance(
         }
     }
     Ok(found)
-}
-
-/// The first steps of YADE, whose small experiments are the verification suite's.
-pub fn of_yade(
-    options: &yade::Options,
-    beds: &Beds,
-    progress: &mut dyn FnMut(&str),
-) -> Result<Conformance, EngineError> {
-    let work = work_folder().map_err(ProgramError::File)?;
-    let (_, version) = yade::run_cases(&[], options, work.path(), &mut ())?;
-    let order = if options.sorted { "sorted" } else { "ordinary" };
-    let judgement = first_steps::first_steps(Asked::Yade(options), beds, progress)?;
-    Ok(Conformance {
-        engine: Description {
-            protocol: exec::PROTOCOL,
-            name: "YADE".to_owned(),
-            version: format!("{version}, {order} loop"),
-            parts: Part::value_variants().to_vec(),
-            approximations: Vec::new(),
-            forms: Vec::new(),
-        },
-        checks: first_steps::checks(&judgement, FIRST_STEPS),
-        first_steps: Some(judgement),
-    })
 }
 
 /// What a job came to if it is not right.
@@ -218,36 +201,26 @@ struct Story {
     stages: Vec<StageReport>,
 }
 
-fn in_engine(options: &Options, job: &Job) -> Result<Story, ProgramError> {
+fn in_engine(engine: &dyn Engine, job: &Job) -> Result<Story, EngineError> {
     let mut story = Story::default();
-    let work = work_folder()?;
-    let engine = ExternalEngine::ask(options.clone())?;
-    let run = exec::run(
-        &job.scene,
-        &job.task,
-        &engine,
-        work.path(),
-        &mut story.moments,
-    )?;
+    let work = work_folder().map_err(ProgramError::File)?;
+    let run = engine.run(&job.scene, &job.task, work.path(), &mut story.moments)?;
     story.stages = run.outcome.stages;
     Ok(story)
 }
 
 /// Whether the engine says that it has everything that is asked.
-fn has_all(missing: &[Part]) -> Result<(), Trouble> {
-    if missing.is_empty() {
-        return Ok(());
-    }
-    let why = format!("the engine says that it has no {}", Part::list(missing));
-    Err(Trouble::Skipped(why))
+fn has_all(lacking: Option<String>) -> Result<(), Trouble> {
+    lacking.map_or(Ok(()), |parts| {
+        let why = format!("the engine says that it has no {parts}");
+        Err(Trouble::Skipped(why))
+    })
 }
 
-fn against_native(engine: &Description, options: &Options, job: &Job) -> Said {
-    has_all(&exec::missing_for_scene(engine, &job.scene, &job.task))?;
-    let mut native = Story::default();
-    let sound = native::Options::default();
-    native.stages = native::run(&job.scene, &job.task, &sound, &mut native.moments)?.stages;
-    let theirs = in_engine(options, job)?;
+fn against_native(engine: &dyn Engine, job: &Job) -> Said {
+    has_all(engine.lacks(&job.scene, &job.task))?;
+    let native = in_engine(&native::Options::default(), job)?;
+    let theirs = in_engine(engine, job)?;
     let tolerance = job.slack * rounding(job.single);
     (job.judge)(job, &theirs, &native)
         .and_then(|()| moments_agree(&theirs.moments, &native.moments, tolerance))
@@ -256,10 +229,10 @@ fn against_native(engine: &Description, options: &Options, job: &Job) -> Said {
 }
 
 /// The same job twice must give the same bits.
-fn again(engine: &Description, options: &Options) -> Said {
+fn again(engine: &dyn Engine) -> Said {
     let job = bed();
-    has_all(&exec::missing_for_scene(engine, &job.scene, &job.task))?;
-    if in_engine(options, &job)?.moments == in_engine(options, &job)?.moments {
+    has_all(engine.lacks(&job.scene, &job.task))?;
+    if in_engine(engine, &job)?.moments == in_engine(engine, &job)?.moments {
         return Ok("the same bits both times".to_owned());
     }
     let why = "two runs of one job have other bits: threads that add forces in the order in which they come, or a random \
@@ -268,14 +241,12 @@ fn again(engine: &Description, options: &Options) -> Said {
 }
 
 /// A list of two small experiments in one start.
-fn cases(engine: &Description, options: &Options, single: bool) -> Said {
+fn cases(engine: &dyn Engine, single: bool) -> Said {
     let cases = two_cases();
-    let missing = |case| exec::missing_for_case(engine, case);
-    let missing: BTreeSet<Part> = cases.iter().flat_map(missing).collect();
-    has_all(&Vec::from_iter(missing))?;
+    has_all(cases.iter().find_map(|case| engine.lacks_for(case)))?;
     let work = work_folder().map_err(ProgramError::File)?;
     let asked: Vec<_> = cases.iter().collect();
-    let results = exec::run_cases(&asked, engine, options, work.path())?;
+    let results = engine.run_cases(&asked, work.path())?;
     for (case, result) in cases.iter().zip(results) {
         let refused = |reason| ProgramError::Refused(format!("{}: {reason}", case.name));
         let theirs = result.map_err(refused)?;

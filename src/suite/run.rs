@@ -9,12 +9,11 @@ use super::detection::{Limit, Limits, Varied, limits};
 use super::parameters::{self, Answer, Errors};
 use super::{CaseGroup, Evidence, Track, outcome, symmetry};
 use crate::checks::{Check, Outcome, verdict};
-use crate::compare::first_steps::{self, Asked, Beds};
+use crate::compare::first_steps::{self, Beds};
 use crate::document::plot::Point;
 use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
-use crate::engine::exec::{self, Description};
 use crate::engine::yade::{self, CaseInYade, run_cases, unsupported};
-use crate::engine::{Part, ProgramError, value_name};
+use crate::engine::{Description, Engine, Part, ProgramError, value_name};
 use crate::files::work_folder;
 use crate::paper::disc_field::{DiscField, figure_4};
 use crate::progress::{Display, StageObserver};
@@ -25,23 +24,15 @@ use nalgebra::Matrix2;
 use verdict::envelope::Resolution;
 use verdict::judge::Judgement;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Engines {
-    Native,
-    /// YADE alone.
-    Yade,
-    /// Both, and one against the other.
-    Both,
-}
-
 #[derive(Debug, Clone)]
 pub struct Options {
-    pub engine: Engines,
+    /// Whether the native engine takes part.
+    pub native: bool,
+    /// YADE, where it takes part; beside the native engine, one is held against the other.
+    pub yade: Option<yade::Options>,
     /// Trajectories and rounding errors of so many grains at most.
     pub grains: u32,
     pub detection_limits: bool,
-    pub yade: yade::Options,
     pub command: String,
 }
 
@@ -360,15 +351,14 @@ impl Suite {
         cases.map(|case| case.skipped(reason, false)).collect()
     }
 
-    /// Every group in an external engine, each in a start of its own: what breaks one leaves the others.
-    fn run_exec(
+    /// Every group in an engine, each in a start of its own: what breaks one leaves the others.
+    fn run_in(
         &self,
-        engine: &Description,
-        options: &exec::Options,
+        engine: &dyn Engine,
+        name: &str,
         resolution: Resolution,
         progress: &dyn Fn(usize, usize),
-    ) -> Result<Vec<CaseResult>, ProgramError> {
-        let name = engine.name.as_str();
+    ) -> Result<Vec<CaseResult>, EngineError> {
         let mut results = Vec::with_capacity(self.groups.len());
         let rounded = symmetry::rounded();
         for (index, group) in self.groups.iter().enumerate() {
@@ -377,21 +367,18 @@ impl Suite {
             let group = of_engines.unwrap_or(group);
             let case = of_group(group, (Role::Tested, name));
             let cases: Vec<&Case> = group.cases.iter().collect();
-            let mut missing = cases
-                .iter()
-                .flat_map(|case| exec::missing_for_case(engine, case));
-            let lacks = match missing.next() {
+            let lacks = match cases.iter().find_map(|case| engine.lacks_for(case)) {
                 _ if group.id == cross_code::RECORDED => {
                     Some("nobody has promised YADE's bits for an external engine".to_owned())
                 }
-                part => part.map(|part| format!("{name} has no {}", part.in_words())),
+                parts => parts.map(|parts| format!("{name} has no {parts}")),
             };
             if let Some(reason) = lacks {
                 results.push(case.skipped(&reason, true));
                 continue;
             }
-            let work = work_folder()?;
-            let run = exec::run_cases(&cases, engine, options, work.path());
+            let work = work_folder().map_err(ProgramError::File)?;
+            let run = engine.run_cases(&cases, work.path());
             results.push(match run {
                 Ok(run) => match run.into_iter().collect::<Result<Vec<Track>, String>>() {
                     Ok(tracks) => {
@@ -402,7 +389,10 @@ impl Suite {
                     }
                     Err(reason) => case.skipped(&format!("{name} refused: {reason}"), false),
                 },
-                Err(error) if error.is_no_fault_of_it() => return Err(error),
+                Err(EngineError::Program(error)) if error.is_no_fault_of_it() => {
+                    return Err(error.into());
+                }
+                Err(error) if error.is_interruption() => return Err(error),
                 Err(error) => case.judged(Err(error.to_string())),
             });
         }
@@ -450,11 +440,11 @@ pub fn native_tracks(cases: &[Case], options: &CaseOptions) -> Result<Vec<Track>
 }
 
 pub fn verify(options: &Options, display: &Display) -> Result<Verification, EngineError> {
-    let both = options.engine == Engines::Both;
+    let both = options.native && options.yade.is_some();
     // Trajectories are for comparing, and their beds have to be poured first.
     let suite = Suite::new(if both { options.grains } else { 0 });
     let mut cases = Vec::new();
-    if options.engine != Engines::Yade {
+    if options.native {
         let task = display.task("cases, native");
         cases.extend(suite.run_native());
         task.done("done");
@@ -462,9 +452,9 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Engi
     let (mut errors, mut precisions) = (Vec::new(), None);
     let mut in_yade = RunInYade::default();
     let role = if both { Role::Reference } else { Role::Tested };
-    if options.engine != Engines::Native {
+    if let Some(yade) = &options.yade {
         let task = display.task("all cases in YADE");
-        match suite.run_yade(role, &options.yade, &mut StageObserver(&task)) {
+        match suite.run_yade(role, yade, &mut StageObserver(&task)) {
             Ok(run) => {
                 task.done("done");
                 in_yade = run;
@@ -478,13 +468,16 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Engi
         }
     }
     let RunInYade { cross, answers, .. } = &in_yade;
-    if both && in_yade.version.is_some() {
+    if let Some(yade) = &options.yade
+        && both
+        && in_yade.version.is_some()
+    {
         let found = parameters::checks(answers, None).map_err(|error| error.to_string());
         cases.push(of_parameters().judged(found));
         cases.extend(suite.compare(cross));
         let task = display.task("rounding errors");
         let case = parameters::precision_case(options.grains);
-        cases.push(match parameters::run_precisions(case, &options.yade) {
+        cases.push(match parameters::run_precisions(case, yade) {
             Ok(measured) => {
                 task.done("done");
                 errors = measured.errors(None)?;
@@ -528,21 +521,21 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Engi
     })
 }
 
-/// `beds`: from which its first steps are judged beside the cases.
-pub fn verify_exec(
-    options: &exec::Options,
+/// The suite in one engine. `beds`: from which its first steps are judged beside the cases.
+pub fn verify_in(
+    engine: &dyn Engine,
     beds: &Beds,
     command: &str,
     display: &Display,
 ) -> Result<Verification, EngineError> {
-    let engine = exec::describe(options)?;
+    let described = engine.describe()?;
+    let name = &described.name;
     // Small cases do not show what is wrong in a bed alone.
-    let first_steps = match engine.has(Part::Cases) {
+    let first_steps = match described.has(Part::Cases) {
         true => {
-            let task = display.task(&format!("a bed in {}", engine.name));
-            let asked = Asked::Exec(&engine, options);
+            let task = display.task(&format!("a bed in {name}"));
             let mut progress = |of: &str| task.share(0.0, of);
-            let found = first_steps::first_steps(asked, beds, &mut progress)?;
+            let found = first_steps::first_steps(engine, beds, &mut progress)?;
             task.done("done");
             Some(found)
         }
@@ -550,13 +543,13 @@ pub fn verify_exec(
     };
     let measured = first_steps.as_ref().map(|of| of.resolution);
     let resolution = measured.unwrap_or(Resolution::DOUBLE);
-    let task = display.task(&format!("cases in {}", engine.name));
-    let cases = Suite::new(0).run_exec(&engine, options, resolution, &|done, all| {
+    let task = display.task(&format!("cases in {name}"));
+    let cases = Suite::new(0).run_in(engine, name, resolution, &|done, all| {
         task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
     })?;
     task.done("done");
     Ok(Verification {
-        exec: Some(engine),
+        exec: Some(described),
         first_steps,
         ..Verification::new(command, cases)
     })

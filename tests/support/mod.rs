@@ -26,8 +26,9 @@ pub use pages::*;
 
 use std::ops::Deref;
 
+use crossgrain::engine::Engine;
 use crossgrain::files::read_text;
-use crossgrain::run::{Engine, recorded};
+use crossgrain::run::recorded;
 use crossgrain::study::Study;
 use crossgrain::study::machine::{Folder, Machine as _};
 use grains::native::Perturbation;
@@ -156,7 +157,7 @@ pub fn faulty(fault: &str) -> native::Options {
 }
 
 /// A run with everything that a folder holds.
-pub fn run_of(scene: &Scene, engine: &Engine, protocol: Protocol) -> RunFolder {
+pub fn run_of(scene: &Scene, engine: &dyn Engine, protocol: Protocol) -> RunFolder {
     let (initial, work) = (initial_bodies(scene), new_folder());
     let run = recorded(scene, engine, protocol, initial, &work, &mut |_, _, _| {});
     run.expect("a run that finishes")
@@ -164,7 +165,7 @@ pub fn run_of(scene: &Scene, engine: &Engine, protocol: Protocol) -> RunFolder {
 
 /// The same in the native engine.
 pub fn native_run(scene: &Scene, options: native::Options, protocol: Protocol) -> RunFolder {
-    run_of(scene, &Engine::Native(options), protocol)
+    run_of(scene, &options, protocol)
 }
 
 /// A bare native run.

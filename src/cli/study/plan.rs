@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use crate::cli::engine::{Chosen, Several, beside};
+use crate::cli::engine::{Several, beside, one, several};
 use crate::cli::print;
 use crate::cli::run::{LoopOrder, YadeLimits};
-use crate::engine::exec::{Part, check_scene};
+use crate::engine::named::Named;
+use crate::engine::{Engine, Part};
 use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
 use crate::run::folder::read_scene;
@@ -16,7 +17,6 @@ use crate::study::machine::Folder;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
 use crate::study::{Study, candidates, create, search, tradeoff};
-use crate::suite::run::Engines;
 use grains::generate::initial_bodies;
 use grains::native::pouring::Softly;
 use grains::task::Task;
@@ -63,8 +63,8 @@ pub struct CampaignArguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// native, yade or exec:PATH
-    #[arg(long, default_value = "native")]
-    engine: Chosen,
+    #[arg(long, default_value = "native", value_parser = one)]
+    engine: Named,
     /// Native: reduced-stiffness deposition, as in `crossgrain run --reduced-stiffness`
     #[arg(long)]
     reduced_stiffness: bool,
@@ -236,7 +236,7 @@ pub struct MapArguments {
     #[arg(long)]
     quick: bool,
     /// native, yade or both; or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
-    #[arg(long, default_value = "both")]
+    #[arg(long, default_value = "both", value_parser = several)]
     engine: Several,
 }
 
@@ -244,15 +244,15 @@ impl MapArguments {
     /// The plan, and the external engine that it names.
     pub fn plan(&self, limits: &YadeLimits) -> Result<(Stability, Option<Program>), Error> {
         let mut program = None;
-        let (native, external) = match &self.engine {
-            Several::BuiltIn(Engines::Native) => (true, None),
-            Several::BuiltIn(Engines::Yade) => (false, Some(Runner::YadeSorted)),
-            Several::BuiltIn(Engines::Both) => (true, Some(Runner::YadeSorted)),
-            Several::Exec(path) => {
+        let external = match self.engine.last() {
+            Some(Named::Exec(path)) => {
                 program = Some(Program::of(&limits.external(path)?)?);
-                (false, Some(Runner::External))
+                Some(Runner::External)
             }
+            Some(Named::Yade(_)) => Some(Runner::YadeSorted),
+            _ => None,
         };
+        let native = self.engine.contains(&Named::Native);
         Ok((Stability::new(native, external, self.quick), program))
     }
 }
@@ -333,22 +333,24 @@ impl Place {
 impl CampaignArguments {
     fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
-        let is_native = matches!(self.engine, Chosen::Native);
+        let is_native = self.engine == Named::Native;
         if !is_native && self.reduced_stiffness {
             let why = "--reduced-stiffness is of the native engine";
             return Err(Error::Usage(why.to_owned()));
         }
         let (runner, program) = match (&self.engine, self.order) {
-            (Chosen::Native, _) => (Runner::Native, None),
-            (Chosen::Yade, LoopOrder::Sorted) => (Runner::YadeSorted, None),
-            (Chosen::Yade, LoopOrder::Ordinary) => (Runner::YadeOrdinary, None),
-            (Chosen::Exec(path), _) => {
+            (Named::Exec(path), _) => {
                 let engine = self.limits.external(path)?;
                 let whole = Task::whole(initial_bodies(&scene));
                 // Without a punch it pours and settles.
-                check_scene(&engine.description, &scene, &whole, &[Part::Punch])?;
+                if engine.lacks(&scene, &whole) != Some(Part::Punch.in_words()) {
+                    engine.check(&scene, &whole)?;
+                }
                 (Runner::External, Some(Program::of(&engine)?))
             }
+            (Named::Native, _) => (Runner::Native, None),
+            (_, LoopOrder::Sorted) => (Runner::YadeSorted, None),
+            (_, LoopOrder::Ordinary) => (Runner::YadeOrdinary, None),
         };
         let mut phases = Vec::new();
         if self.reduced_stiffness {

@@ -9,9 +9,10 @@ use super::bed::Bed;
 use super::timing::{self, Spread};
 use super::{Missed, Plan, Result, Setup, nonsense};
 use crate::compare::bits::{self, TableBits};
-use crate::engine::exec::{self, Adapter, Description, ExternalEngine, ProgramRun};
+use crate::engine::exec::{Adapter, Description, ExternalEngine};
 use crate::engine::read::{Timed, TimedSteps};
-use crate::engine::yade;
+use crate::engine::watch::Done;
+use crate::engine::{Engine, yade};
 use crate::progress;
 use crate::study::realization::unobserved;
 use grains::model::Model;
@@ -187,12 +188,11 @@ pub fn timed(
     let Program::Adapter(adapter) = contender.program() else {
         let mut options = options.clone();
         options.sorted = contender.program() == Program::Yade { sorted: true };
-        return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?);
+        return Ok(options.time(&model, &bed.bodies, steps, work)?);
     };
     let engine = adapter.place(work, &options.limits)?;
     let job = timing::folder(work, "job")?;
-    let timed = exec::time(&model, &bed.bodies, steps, &engine, &job)?;
-    Ok((timed, engine.description.version))
+    Ok(engine.time(&model, &bed.bodies, steps, &job)?)
 }
 
 /// The two runs differ by at least so much, s: processor time is told in hundredths of a second.
@@ -210,10 +210,9 @@ fn by_two_runs(
     work: &Path,
 ) -> Result<(Timed, String)> {
     let mut steps = plan.compared_after();
-    let first = run(bed, steps, engine, work)?;
-    let mut before = first.took;
+    let (mut before, last) = run(bed, steps, engine, work)?;
     for _ in 0..MOST_ROUNDS {
-        let after = run(bed, 2 * steps, engine, work)?.took;
+        let after = run(bed, 2 * steps, engine, work)?.0;
         let both = after.processor_seconds.zip(before.processor_seconds);
         let cpu_seconds = both.map(|(after, before)| after - before);
         let window = Window {
@@ -223,24 +222,28 @@ fn by_two_runs(
         };
         let seconds = cpu_seconds.unwrap_or(window.wall_seconds);
         if seconds >= LONG_ENOUGH {
-            let timed = Timed::plain(window, first.outcome.last);
+            let timed = Timed::plain(window, last);
             return Ok((timed, engine.description.version.clone()));
         }
         // A little more than it should take.
         let longer = 1.2 * LONG_ENOUGH / seconds.max(f64::MIN_POSITIVE);
         steps *= longer.ceil().clamp(2.0, MOST_LONGER) as u64;
-        before = run(bed, steps, engine, work)?.took;
+        before = run(bed, steps, engine, work)?.0;
     }
     Err(nonsense(format!(
         "{steps} steps take no longer than half of them"
     )))
 }
 
-fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ProgramRun> {
+fn run(bed: &Bed, steps: u64, engine: &dyn Engine, work: &Path) -> Result<(Done, Snapshot)> {
     // Its first moment and its last.
     let (scene, task) = (unobserved(&bed.scene), bed.task(steps));
     let folder = timing::folder(work, "job")?;
-    Ok(exec::run(&scene, &task, engine, &folder, &mut ())?)
+    let run = engine.run(&scene, &task, &folder, &mut ())?;
+    let took = run
+        .took
+        .ok_or_else(|| nonsense("it has no process of its own"))?;
+    Ok((took, run.outcome.last))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

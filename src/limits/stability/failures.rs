@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Result, time_step};
 use crate::checks::Outcome;
-use crate::engine::{ProgramError, yade};
+use crate::engine::{Engine, EngineError, ProgramError};
 use crate::run::folder::stages_in_words;
 use crate::study::realization::bed_of;
 use crate::workers::asked_to_end;
@@ -329,16 +329,16 @@ impl Mode {
         })
     }
 
-    /// What comes of it in YADE, in words; `work` is an empty folder.
-    pub fn in_yade(&self, options: &yade::Options, work: &Path) -> Result<String, ProgramError> {
+    /// What comes of it in another engine, in words; `work` is an empty folder.
+    pub fn in_engine(&self, engine: &dyn Engine, work: &Path) -> Result<String, EngineError> {
         use ProgramError::{Crashed, Hung, Nonsense, WentWrong};
         let scene = self.scene();
         let task = Task::whole(initial_bodies(&scene));
-        match yade::run(&scene, &task, options, work, &mut ()) {
+        match engine.run(&scene, &task, work, &mut ()) {
             Ok(run) => Ok(stages_in_words(&run.outcome.stages)),
-            Err(error @ (Nonsense(_) | WentWrong { .. } | Crashed { .. } | Hung { .. })) => {
-                Ok(error.to_string())
-            }
+            Err(EngineError::Program(
+                error @ (Nonsense(_) | WentWrong { .. } | Crashed { .. } | Hung { .. }),
+            )) => Ok(error.to_string()),
             Err(error) => Err(error),
         }
     }

@@ -2,85 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::exec::Description;
+use crate::engine::EngineRecord;
 use crate::run::continued::Continued;
 use grains::measure;
 use grains::model::ModelRecord;
-use grains::native::Perturbation;
 use grains::native::pouring::Phase;
 use grains::tables::{Punch, Stage, StopReason};
 use grains::task::{Seen, StageReport, Start, Task};
 
 /// The version of `run.json` that this program writes and reads.
 pub const RECORD_VERSION: u32 = 4;
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
-pub enum EngineRecord {
-    Native {
-        version: String,
-        perturbation: Option<Perturbation>,
-    },
-    Yade {
-        version: String,
-        /// Interactions visited in the order of their ids: the order with the native engine's bits.
-        sorted: bool,
-        /// `verletDist`, m.
-        verlet_distance: f64,
-        /// SHA-256 of the script that ran inside YADE.
-        script: String,
-    },
-    /// A program that speaks the engine protocol.
-    Exec {
-        described: Description,
-        /// SHA-256 of the program's file.
-        digest: String,
-    },
-}
-
-impl EngineRecord {
-    /// Whether this run is meant to have the native engine's bits.
-    pub fn keeps_order(&self) -> bool {
-        match self {
-            EngineRecord::Native { .. } => true,
-            EngineRecord::Yade { sorted, .. } => *sorted,
-            EngineRecord::Exec { .. } => false,
-        }
-    }
-
-    /// Where the engine does something else than the model says, in its own words.
-    pub fn approximations(&self) -> &[String] {
-        match self {
-            EngineRecord::Exec { described, .. } => &described.approximations,
-            EngineRecord::Native { .. } | EngineRecord::Yade { .. } => &[],
-        }
-    }
-
-    pub fn version(&self) -> &str {
-        match self {
-            EngineRecord::Native { version, .. } | EngineRecord::Yade { version, .. } => version,
-            EngineRecord::Exec { described, .. } => &described.version,
-        }
-    }
-
-    pub fn label(&self) -> String {
-        match self {
-            EngineRecord::Native { perturbation, .. } => {
-                perturbation.map_or("native".to_owned(), |of| format!("native with {of}"))
-            }
-            EngineRecord::Yade {
-                version,
-                sorted,
-                verlet_distance,
-                ..
-            } => {
-                let order = if *sorted { "sorted" } else { "ordinary" };
-                format!("YADE {version}, {order} loop, verletDist {verlet_distance:e}")
-            }
-            EngineRecord::Exec { described, .. } => format!("{} (exec)", described.label()),
-        }
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]

@@ -1,17 +1,16 @@
 //! The conformance table: engines before one judge, each with what it cannot express.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::ValueEnum;
 use serde::Serialize;
 
-use super::{Conformance, conformance, of_yade};
+use super::{Conformance, conformance};
 use crate::checks::{Check, Outcome, slug, verdict};
 use crate::compare::first_steps::{self, Beds};
 use crate::document::{Document, Section, Table};
-use crate::engine::exec::{self, Adapter, Part};
+use crate::engine::exec::{Adapter, Part};
+use crate::engine::named::Named;
 use crate::engine::{ProgramError, yade};
 use crate::files::work_folder;
 use crate::run::EngineError;
@@ -20,68 +19,36 @@ use verdict::envelope::FACTOR;
 use verdict::judge::{Judgement, Verdict};
 use verdict::starts::DISPERSION;
 
-#[derive(Debug, Clone, PartialEq)]
-pub enum Candidate {
-    /// In its sorted or in its ordinary loop.
-    Yade { sorted: bool },
-    /// One with an adapter that comes with this program.
-    Adapter(Adapter),
-    /// A program that speaks the engine protocol.
-    Exec(PathBuf),
+/// The engines of the table if none is named.
+pub fn all() -> Vec<Named> {
+    let yade = [true, false].map(|sorted| Named::Yade(Some(sorted)));
+    yade.into_iter()
+        .chain(Adapter::ALL.map(Named::Adapter))
+        .collect()
 }
 
-impl Candidate {
-    pub fn all() -> Vec<Candidate> {
-        let yade = [true, false].map(|sorted| Candidate::Yade { sorted });
-        let adapters = Adapter::ALL.map(Candidate::Adapter);
-        yade.into_iter().chain(adapters).collect()
-    }
-
-    pub fn key(&self) -> &str {
-        match self {
-            Candidate::Yade { sorted: true } => "yade-sorted",
-            Candidate::Yade { sorted: false } => "yade-ordinary",
-            Candidate::Adapter(adapter) => adapter.key,
-            Candidate::Exec(_) => "exec:PATH",
-        }
-    }
-
-    fn name(&self) -> &str {
-        match self {
-            Candidate::Yade { .. } => "YADE",
-            Candidate::Adapter(adapter) => adapter.name,
-            Candidate::Exec(_) => self.key(),
-        }
-    }
-
-    /// How much radii may differ without an approximation of the adapter's.
-    fn dispersion(&self) -> f64 {
-        let of_one_radius = [Adapter::LAMMPS, Adapter::LIGGGHTS, Adapter::ESYS_PARTICLE];
-        match self {
-            Candidate::Adapter(adapter) if of_one_radius.contains(adapter) => 0.0,
-            _ => DISPERSION,
-        }
-    }
-
-    /// How it is known to differ, as the beginning of the sentence that says so.
-    fn known_difference(&self) -> Option<&'static str> {
-        let so = [Adapter::ESYS_PARTICLE, Adapter::KRATOS].map(Candidate::Adapter);
-        (so.contains(self)).then_some("the sign in the damping is that of a·(v + 0·Δt·a)")
+/// The name of one that is not here.
+fn name(engine: &Named) -> &'static str {
+    match engine {
+        Named::Yade(_) => "YADE",
+        Named::Adapter(adapter) => adapter.name,
+        other => other.key(),
     }
 }
 
-impl FromStr for Candidate {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if let Some(path) = text.strip_prefix("exec:").filter(|path| !path.is_empty()) {
-            return Ok(Candidate::Exec(PathBuf::from(path)));
-        }
-        let all = Candidate::all();
-        let keys: Vec<&str> = all.iter().map(Candidate::key).collect();
-        let known = format!("an engine is {} or exec:PATH", keys.join(", "));
-        all.iter().find(|of| of.key() == text).cloned().ok_or(known)
+/// How much radii may differ without an approximation of the adapter's.
+fn dispersion(engine: &Named) -> f64 {
+    let of_one_radius = [Adapter::LAMMPS, Adapter::LIGGGHTS, Adapter::ESYS_PARTICLE];
+    match of_one_radius.map(Named::Adapter).contains(engine) {
+        true => 0.0,
+        false => DISPERSION,
     }
+}
+
+/// How it is known to differ, as the beginning of the sentence that says so.
+fn known_difference(engine: &Named) -> Option<&'static str> {
+    let so = [Adapter::ESYS_PARTICLE, Adapter::KRATOS].map(Named::Adapter);
+    (so.contains(engine)).then_some("the sign in the damping is that of a·(v + 0·Δt·a)")
 }
 
 #[derive(Debug, Clone)]
@@ -122,7 +89,7 @@ pub struct Row {
 }
 
 pub fn table(
-    candidates: &[Candidate],
+    candidates: &[Named],
     options: &Options,
     progress: &mut dyn FnMut(&str),
 ) -> Result<ConformanceTable, EngineError> {
@@ -134,7 +101,7 @@ pub fn table(
     };
     let mut beds = BTreeMap::new();
     for candidate in candidates {
-        let dispersion = options.dispersion.unwrap_or(candidate.dispersion());
+        let dispersion = options.dispersion.unwrap_or(dispersion(candidate));
         let known = beds.entry(dispersion.to_bits());
         let beds = known.or_insert_with(|| Beds::new(options.grains, dispersion));
         let key = candidate.key();
@@ -149,14 +116,14 @@ pub fn table(
         let label = |of: &Conformance| of.engine.label();
         let mut row = Row {
             key: key.to_owned(),
-            name: found.as_ref().map_or(candidate.name().to_owned(), label),
+            name: found.as_ref().map_or(name(candidate).to_owned(), label),
             dispersion,
             verdict: (found.as_ref()).map_or(Verdict::Undecided, Conformance::verdict),
             as_known: false,
             not_installed,
             found,
         };
-        let known = candidate.known_difference();
+        let known = known_difference(candidate);
         row.as_known = known.is_some_and(|known| row.differs_only_so(known));
         let check = row.check(known.is_some());
         made.checks.push(match row.not_installed {
@@ -169,37 +136,20 @@ pub fn table(
 }
 
 fn judged(
-    candidate: &Candidate,
+    candidate: &Named,
     beds: &Beds,
     options: &Options,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
-    let limits = &options.yade.limits;
-    match candidate {
-        Candidate::Yade { sorted } => {
-            let mut yade = options.yade.clone();
-            yade.sorted = *sorted;
-            of_yade(&yade, beds, progress)
-        }
-        Candidate::Adapter(adapter) => {
-            let folder = work_folder().map_err(ProgramError::File)?;
-            let engine = adapter.place(folder.path(), limits)?;
-            conformance(&engine.options, beds, progress)
-        }
-        Candidate::Exec(program) => {
-            let engine = exec::Options {
-                program: program.clone(),
-                limits: limits.clone(),
-            };
-            conformance(&engine, beds, progress)
-        }
-    }
+    let folder = work_folder().map_err(ProgramError::File)?;
+    let engine = candidate.engine(&options.yade, folder.path())?;
+    conformance(engine.as_ref(), beds, progress)
 }
 
 /// An adapter of this program says what it is unless what it translates for cannot be started.
-fn is_not_installed(candidate: &Candidate, error: &ProgramError) -> bool {
+fn is_not_installed(candidate: &Named, error: &ProgramError) -> bool {
     let undescribed = matches!(error, ProgramError::Undescribed { .. });
-    error.is_missing() || undescribed && matches!(candidate, Candidate::Adapter(_))
+    error.is_missing() || undescribed && matches!(candidate, Named::Adapter(_))
 }
 
 impl Row {

@@ -1,0 +1,108 @@
+//! A fourth engine, in a few lines: what the library does with an engine it does with any.
+
+use crossgrain::checks::Outcome;
+use crossgrain::compare::compare;
+use crossgrain::compare::first_steps::{Beds, from_bed};
+use crossgrain::engine::{Description, Engine, EngineError, EngineRecord, Run};
+use crossgrain::suite::conformance::conformance;
+use crossgrain::suite::run::verify_in;
+use grains::task::{Case, Observer};
+use verdict::Answer;
+use verdict::judge::{Reference, Verdict};
+
+use crate::support::*;
+
+/// The native engine under another name, as it is or with a fault that it does not tell of.
+#[derive(Debug)]
+struct Fourth(native::Options);
+
+impl Engine for Fourth {
+    fn name(&self) -> String {
+        "fourth".to_owned()
+    }
+
+    fn describe(&self) -> Result<Description, EngineError> {
+        let name = self.name();
+        Ok(Description {
+            name,
+            ..self.0.describe()?
+        })
+    }
+
+    fn run(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        work: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<Run, EngineError> {
+        let engine = EngineRecord::Exec {
+            described: self.describe()?,
+            digest: String::new(),
+        };
+        let run = self.0.run(scene, task, work, observer)?;
+        Ok(Run { engine, ..run })
+    }
+
+    fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
+        self.0.run_cases(cases, work)
+    }
+}
+
+const FAULT: &str = "stiffness=1e-3";
+
+#[test]
+fn its_runs_are_recorded_and_compared() {
+    let protocol = Protocol::Steps { steps: 2000 };
+    let run = |options| run_of(&small_scene(), &Fourth(options), protocol);
+    let [right, wrong] = [sound(), faulty(FAULT)].map(run);
+    let label = right.record.engine.label();
+    assert!(
+        label.starts_with("fourth ") && label.ends_with("(exec)"),
+        "{label}"
+    );
+    // Another engine's run is gone on with by the native one, and cannot be taken up as native's is.
+    assert!(!right.record.continued.is_empty() && right.record.restart.is_none());
+    let native = run_of(&small_scene(), &sound(), protocol);
+    assert_eq!(right.history, native.history);
+    assert_eq!(compare(&right, &native, None).verdict(), Verdict::Identical);
+    assert_ne!(compare(&wrong, &native, None).verdict(), Verdict::Identical);
+}
+
+#[test]
+fn it_is_judged_checked_and_verified() {
+    let reference = Reference::new(200, 0.1, &mut |_| ()).expect("a bed");
+    let beds = Beds::from(reference.clone());
+    let judged = |options, verdict, outcome| {
+        let engine = Fourth(options);
+        let first = from_bed(&reference, &engine, &mut |_| ()).expect("a judgement");
+        assert_eq!(first.verdict(), verdict);
+        let checked = conformance(&engine, &beds, &mut |_| ()).expect("an engine");
+        assert_eq!(checked.verdict(), verdict);
+        assert!(checked.checks.iter().any(|of| of.id == "engine/again"));
+        let display = Display::new(true);
+        let verified = verify_in(&engine, &beds, "a test", &display).expect("an engine");
+        assert_eq!(verified.verdict(), outcome, "{}", verified.tally);
+    };
+    judged(sound(), Verdict::Identical, Outcome::Pass);
+    judged(faulty(FAULT), Verdict::Different, Outcome::Fail);
+}
+
+/// It has no clock, and says so instead of a number.
+#[test]
+fn what_it_does_not_do_is_an_error() {
+    let (engine, scene) = (Fourth(sound()), small_scene());
+    let model = grains::model::Model::of(&scene);
+    let steps = crossgrain::engine::read::TimedSteps {
+        warm_up: 1,
+        timed: 1,
+        shares: 0,
+        processes: 1,
+    };
+    let timed = engine.time(&model, &initial_bodies(&scene), steps, Path::new(""));
+    let error = timed.expect_err("no clock").to_string();
+    assert!(
+        error.starts_with("fourth has no clock of its own steps"),
+        "{error}"
+    );
+}
