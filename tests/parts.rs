@@ -78,12 +78,15 @@ fn parts_that_do_not_fit_are_left_away() {
 fn a_part_that_fails_leaves_no_folder() {
     let folder = &new_folder();
     let out = folder.join("run");
-    let program = program(folder, "engine", &text_of(adapter_path("toy.py")));
-    let engine = ExternalEngine::ask(Options::new(program.clone())).expect("an engine");
-    fs::remove_file(program).expect("ours");
+    let parts =
+        "['normal_spring', 'local_damping', 'gravity', 'walls', 'stages', 'punch', 'stop_rules']";
+    let text =
+        format!("{SOUND}SAY = lambda: describe(parts={parts})\n{AND_THEN}sys.exit('no licence')\n");
+    let program = program(folder, "engine.py", &text);
+    let engine = ExternalEngine::ask(Options::new(program)).expect("an engine");
     let display = Display::new(true);
     let error = parts::to_folder(&small_scene(), &engine, &CUTS, &out, &display);
-    assert!(error.is_err_and(|error| error.to_string().contains("cannot be started")));
+    assert!(error.is_err_and(|error| error.to_string().contains("no licence")));
     assert!(!out.exists());
 }
 

@@ -40,7 +40,7 @@ fn loading_begins_with_the_grains_of_the_settled_bed() {
     let moved = r#"awk -F, -v OFS=, 'NR == 2 { $2 += 1e-9 } 1' "$2/load-0-bodies.csv" > "$2/other" && mv "$2/other" "$2/load-0-bodies.csv""#;
     for (change, code) in [("true", 0), (moved, 4)] {
         let text = format!(
-            "#!/bin/sh\n\"${{0%/*}}/right\" \"$@\" || exit 1\n[ \"$1\" != run ] || {change}\n"
+            "#!/bin/sh\n\"${{0%/*}}/right\" \"$@\" || exit 1\n[ \"$1\" != run ] || {{ {change}; }}\n"
         );
         let engine = engine(folder, "engine.sh", &text);
         let out = format!("out-{code}");

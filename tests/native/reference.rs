@@ -138,5 +138,5 @@ fn friction_apart_beside_dashpots_has_the_bits_of_the_reference() {
         let at_limit = (of.tangential_force.abs() / of.normal_force / limits[kind] - 1.0).abs();
         sliding[kind] += usize::from(at_limit < 1.0e-9);
     }
-    assert!(sliding.iter().all(|of| *of > 2), "{sliding:?}");
+    assert!(!sliding.contains(&0), "{sliding:?}");
 }
