@@ -2,11 +2,12 @@
 //! engine protocol. And what an engine says of itself: its name, and which parts of the model it has.
 
 pub mod exec;
+pub mod limits;
 pub mod named;
 pub mod native;
 pub mod read;
 mod record;
-pub mod watch;
+
 pub mod yade;
 
 use std::path::{Path, PathBuf};
@@ -14,10 +15,10 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use exec::{Options, PROTOCOL};
+use limits::{Done, Limits};
 use read::{Timed, TimedSteps};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use watch::{Done, Limits};
 
 use crate::exit;
 use crate::files::{FileError, Place, read_text, work_folder};

@@ -33,6 +33,7 @@ pub mod disc_field;
 pub mod fields;
 pub mod history;
 pub mod html;
+mod junit;
 pub mod outcome;
 pub mod packing;
 mod plot;
@@ -40,8 +41,8 @@ mod svg;
 mod views;
 
 pub use html::{FIRST, Page, check_lines, markdown, page, page_against, terminal};
+pub use junit::{junit, junit_of_error};
 pub use plot::svg;
-pub use views::{junit, junit_of_error};
 
 /// The style of all pages.
 const STYLE: &str = include_str!("report/style.css");

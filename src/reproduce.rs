@@ -23,7 +23,7 @@ use crate::suite::run::{Verification, verify};
 use crate::{paper, suite};
 use grains::generate::initial_bodies;
 use grains::native;
-use grains::native::{Perturbation, Trouble};
+use grains::native::{Fault, Trouble};
 use grains::scene::Scene;
 use grains::tables::StopReason;
 use record::{Beside, FaultCheck, LoopSteps, NamedComparison, Reproduction, RunSummary, Skipped};
@@ -47,14 +47,14 @@ pub struct Options {
     pub recorded: bool,
     pub yade: yade::Options,
     /// A fault in the native engine, to see that the whole job would notice.
-    pub fault: Option<Perturbation>,
+    pub fault: Option<Fault>,
     /// Records of other jobs that stand on the page, which the job's own record names.
     pub beside: Beside,
     pub command: String,
 }
 
 /// The native engine with a fault, if there is one.
-fn native(perturbation: Option<Perturbation>) -> native::Options {
+fn native(perturbation: Option<Fault>) -> native::Options {
     native::Options {
         perturbation,
         ..native::Options::default()
@@ -391,7 +391,7 @@ fn faults(scene: &Scene, display: &Display) -> Result<Vec<FaultCheck>, Error> {
     let sound = pour(scene, None, FAULT_STEPS)?;
     let mut checks = Vec::new();
     for (done, fault) in FAULTS.into_iter().enumerate() {
-        let fault: Perturbation = fault.parse().expect("a fault of the list");
+        let fault: Fault = fault.parse().expect("a fault of the list");
         let why = "it changes nothing in this scene";
         let (verdict, found) = match fault.changes(scene) {
             true => find(scene, &sound, fault)?,
@@ -410,7 +410,7 @@ fn faults(scene: &Scene, display: &Display) -> Result<Vec<FaultCheck>, Error> {
 }
 
 /// Whether a fault is found, and the first step and grain or why it is not.
-fn find(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<(Outcome, String), Error> {
+fn find(scene: &Scene, sound: &RunFolder, fault: Fault) -> Result<(Outcome, String), Error> {
     // A fault may end the faulty engine; a tenth earlier, all may still be well enough to compare.
     let (mut steps, mut ended) = (FAULT_STEPS, None);
     let faulty = loop {
@@ -445,11 +445,7 @@ fn find(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<(Outcom
 }
 
 /// Pours for so many steps, nothing kept on disk.
-fn pour(
-    scene: &Scene,
-    perturbation: Option<Perturbation>,
-    steps: u64,
-) -> Result<RunFolder, EngineError> {
+fn pour(scene: &Scene, perturbation: Option<Fault>, steps: u64) -> Result<RunFolder, EngineError> {
     in_memory(scene, &native(perturbation), Protocol::Steps { steps })
 }
 

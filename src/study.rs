@@ -30,6 +30,7 @@ pub mod plan;
 pub mod realization;
 pub mod search;
 pub mod shard;
+pub mod slurm;
 pub mod store;
 pub mod tradeoff;
 

@@ -3,7 +3,7 @@
 
 use std::ffi::{OsStr, OsString};
 
-use crossgrain::study::shard::write;
+use crossgrain::study::slurm::write;
 use crossgrain::study::{campaign::Campaign, machine::Folder, realization::Runner};
 
 use crate::hostile_names::{harmless, names, two_grains};

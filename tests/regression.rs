@@ -152,5 +152,5 @@ fn a_slow_kernel_has_the_same_bits_and_takes_as_long_as_it_was_told() {
     assert_eq!(sound.last, slow.last);
     let [sound, slow] = [sound, slow].map(|of| of.record.seconds_per_step());
     assert!(slow > 5.0 * sound, "{slow} s against {sound} s a step");
-    assert!("slow=0.5".parse::<grains::native::Perturbation>().is_err());
+    assert!("slow=0.5".parse::<grains::native::Fault>().is_err());
 }

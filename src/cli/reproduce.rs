@@ -23,7 +23,7 @@ use crate::reproduce::record::{Beside, Reproduction, measured};
 use crate::reproduce::{Options, reproduce};
 use crate::run::folder::read_scene;
 use crate::workers::asked_to_end;
-use grains::native::Perturbation;
+use grains::native::Fault;
 use grains::scene::paper_scene;
 
 const RECORD: &str = "run.json";
@@ -57,7 +57,7 @@ pub struct Arguments {
     with: Vec<PathBuf>,
     /// Put a deliberate fault into the native engine, such as stiffness=1e-3, to see that the job would notice
     #[arg(long, value_name = "FAULT")]
-    perturb: Option<Perturbation>,
+    perturb: Option<Fault>,
     /// Hold the run against this baseline: what changed stands second on the page, and what is worse fails
     #[arg(long, value_name = "NAME")]
     baseline: Option<String>,

@@ -11,8 +11,8 @@ use super::engine::one;
 use super::job_folder::clear;
 use super::{print, with_options};
 use crate::engine::exec::{self, ExternalEngine, usual_limits};
+use crate::engine::limits::Limits;
 use crate::engine::named::Named;
-use crate::engine::watch::Limits;
 use crate::engine::{Engine, value_name, yade};
 use crate::error::{Error, exit};
 use crate::files::{has_room, make_folder, read_text, sha256_hex, size_and_age, write_whole};
@@ -25,7 +25,7 @@ use crate::run::{Preparation, prepared};
 use crate::workers::cores;
 use grains::generate::initial_bodies;
 use grains::native::pouring::{Softly, pour};
-use grains::native::{self, Perturbation, Threads};
+use grains::native::{self, Fault, Threads};
 use grains::scene::Scene;
 use grains::tables::{Bodies, StopReason};
 
@@ -72,7 +72,7 @@ pub struct Arguments {
     /// Native: put in a deliberate fault, such as stiffness=1e-12, friction=S, time-step=S, wall=missing or
     /// sums=reversed; a wrong one is answered with all that there are
     #[arg(long, value_name = "FAULT")]
-    perturb: Option<Perturbation>,
+    perturb: Option<Fault>,
     /// Choose the time step: this share of the largest stable step that a probe of the scene in the native
     /// engine shows; the evidence is in run.json
     #[arg(long, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.8", value_parser = share)]

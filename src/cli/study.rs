@@ -28,7 +28,8 @@ use crate::study::claims::{self, Origin};
 use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::{Engines, ending_in_words};
-use crate::study::shard::{self, Shard};
+use crate::study::shard::Shard;
+use crate::study::slurm;
 use crate::study::{RECORD, Study, StudyError, candidates, plan as stored, search, tradeoff};
 use crate::workers::{cores, unless_asked_to_end};
 use grains::scene::paper_scene;
@@ -281,7 +282,7 @@ impl SlurmArguments {
         let program = std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
         let (folder, tasks, threads) = (&self.folder, self.tasks, self.threads);
         let (study, partition) = (open(folder)?, self.partition.as_deref());
-        let submit = shard::write(folder, study.as_ref(), tasks, threads, partition, &program)?;
+        let submit = slurm::write(folder, study.as_ref(), tasks, threads, partition, &program)?;
         print(&format!("{}\n", submit.join("\n")))?;
         Ok(exit::AGREED)
     }

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::limits::{self, Beats, Done, Limits, end_of, watch};
 use super::read::{self, Timed, TimedSteps};
-use super::watch::{self, Beats, Done, Limits, end_of, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
 use super::{Engine, EngineError, EngineRecord, ProgramError, Result, Run, has_all, nonsense};
 use crate::child::{Group, on_path};
@@ -432,7 +432,7 @@ const COMPLAINED: &str = "engine-errors.log";
 
 /// What the engine wrote on its standard output and error; of a very long log the end.
 pub fn log(work: &Path) -> String {
-    watch::log((work, SAID))
+    limits::log((work, SAID))
 }
 
 /// Has the engine do the job in `work`.
@@ -505,10 +505,10 @@ pub fn finish(
     let done = watch(child, limits, &mut look, &written, work);
     // What it wrote last may not have been counted.
     let done = done.and_then(|done| {
-        watch::is_within("output", &mut || size_of_folder(work), limits.output)?;
+        limits::is_within("output", &mut || size_of_folder(work), limits.output)?;
         Ok(done)
     });
-    let log = || end_of(&[log(work), watch::log((work, COMPLAINED))].concat());
+    let log = || end_of(&[log(work), limits::log((work, COMPLAINED))].concat());
     match done {
         Ok(done) if done.status.success() => Ok(done),
         Ok(done) => Err(ProgramError::Crashed {

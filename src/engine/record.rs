@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Description;
-use grains::native::Perturbation;
+use grains::native::Fault;
 
 /// What a run says of its engine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -11,7 +11,7 @@ use grains::native::Perturbation;
 pub enum EngineRecord {
     Native {
         version: String,
-        perturbation: Option<Perturbation>,
+        perturbation: Option<Fault>,
     },
     Yade {
         version: String,

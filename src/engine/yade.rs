@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::exec::{SAID, finish, usual_limits};
+use super::limits::{Done, Limits};
 use super::read::{Timed, TimedSteps};
-use super::watch::{Done, Limits};
 use super::{
     Description, Engine, EngineError, EngineRecord, Part, ProgramError, Result, Run, ensure, exec,
     nonsense, read, read_json,

@@ -16,7 +16,7 @@ use crate::workers::asked_to_end;
 use evidence::in_parallel;
 use evidence::random::Source;
 use grains::constant::Constant;
-use grains::native::{CaseOptions, Perturbation, watch_case};
+use grains::native::{CaseOptions, Fault, watch_case};
 use grains::task::Case;
 
 /// Sizes are looked for between 10 to the power of these.
@@ -124,7 +124,7 @@ struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    fn row(&self, faults: &[Perturbation]) -> CaseLimits {
+    fn row(&self, faults: &[Fault]) -> CaseLimits {
         CaseLimits {
             case: self.id.to_owned(),
             evidence: self.evidence,
@@ -141,27 +141,27 @@ impl Subject<'_> {
         self.cases.iter().map(of).sum()
     }
 
-    fn is_changed_by(&self, fault: Perturbation) -> bool {
+    fn is_changed_by(&self, fault: Fault) -> bool {
         let changes = |case: &Case| fault.changes_case(&case.model, &case.bodies);
         self.cases.iter().any(changes)
     }
 
-    fn detects(&self, fault: Perturbation) -> bool {
+    fn detects(&self, fault: Fault) -> bool {
         self.is_changed_by(fault) && (self.fails)(self.cases, &Some(fault).into())
     }
 
     /// Of a fault that is given at its largest size.
-    fn limit(&self, largest: Perturbation) -> Limit {
+    fn limit(&self, largest: Fault) -> Limit {
         if !self.is_changed_by(largest) {
             return Limit::Unaffected;
         }
         if !self.detects(largest) {
             return Limit::NotDetected;
         }
-        let Perturbation::Sized(constant, _) = largest else {
+        let Fault::Sized(constant, _) = largest else {
             return Limit::Detected;
         };
-        let fault = |decade: f64| Perturbation::Sized(constant, 10f64.powf(decade));
+        let fault = |decade: f64| Fault::Sized(constant, 10f64.powf(decade));
         let [_, high] = halved(DECADES, HALVINGS, |decade| !self.detects(fault(decade)));
         Limit::From {
             size: 10f64.powf(high),
@@ -242,10 +242,10 @@ pub fn limits(
 ) -> Limits {
     let largest = 10f64.powf(DECADES[1]);
     let sized = Constant::faults();
-    let sized = sized.map(|of| (of.to_string(), Perturbation::Sized(of, largest)));
-    let switched = Perturbation::switches();
-    let switched = switched.map(|of| (of.to_string(), Perturbation::Switched(of)));
-    let (names, faults): (Vec<String>, Vec<Perturbation>) = sized.chain(switched).unzip();
+    let sized = sized.map(|of| (of.to_string(), Fault::Sized(of, largest)));
+    let switched = Fault::switches();
+    let switched = switched.map(|of| (of.to_string(), Fault::Switched(of)));
+    let (names, faults): (Vec<String>, Vec<Fault>) = sized.chain(switched).unzip();
     let failed = |checks: Option<Vec<Check>>| checks.is_none_or(|of| outcome(&of) == Outcome::Fail);
     let probes: Vec<Case> = answers.iter().map(|of| of.probe.clone()).collect();
     // Bits that are on record are those of the sound engine: the first moment with others is enough.
@@ -305,7 +305,7 @@ pub fn limits(
         row.map(|row| (order[place], row))
     });
     cases.sort_by_key(|of| of.as_ref().map(|(index, _)| *index));
-    let sized = |fault: &Perturbation| matches!(fault, Perturbation::Sized(..));
+    let sized = |fault: &Fault| matches!(fault, Fault::Sized(..));
     Limits {
         faults: names,
         sized: faults.iter().map(sized).collect(),
@@ -321,7 +321,7 @@ pub mod tests {
     use crate::engine::yade::unsupported;
     use crate::suite::{CaseGroup, furthest, groups};
 
-    pub fn judged(group: &CaseGroup, fault: Option<Perturbation>) -> Vec<Check> {
+    pub fn judged(group: &CaseGroup, fault: Option<Fault>) -> Vec<Check> {
         let tracks = native_tracks(&group.cases, &fault.into());
         tracks.map_or(Vec::new(), |tracks| group.judge(&tracks))
     }

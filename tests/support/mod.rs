@@ -31,7 +31,7 @@ use crossgrain::files::read_text;
 use crossgrain::run::recorded;
 use crossgrain::study::Study;
 use crossgrain::study::machine::{Folder, Machine as _};
-use grains::native::Perturbation;
+use grains::native::Fault;
 use grains::scene::Cloud;
 use grains::task::Outcome;
 use serde::de::DeserializeOwned;
@@ -149,7 +149,7 @@ pub fn sound() -> native::Options {
 
 /// The native engine with a fault.
 pub fn faulty(fault: &str) -> native::Options {
-    let fault: Perturbation = fault.parse().expect("a fault that the engine knows");
+    let fault: Fault = fault.parse().expect("a fault that the engine knows");
     native::Options {
         perturbation: Some(fault),
         ..native::Options::default()

@@ -7,13 +7,14 @@
 
 pub mod contact;
 mod dynamics;
+pub mod fault;
 mod general;
 mod health;
 mod lanes;
 mod neighbours;
 mod pairs;
-pub mod perturb;
 pub mod pouring;
+mod rounding;
 mod springs;
 mod stages;
 pub(crate) mod state;
@@ -21,8 +22,9 @@ mod sweep;
 mod threads;
 pub mod timing;
 
+pub use fault::{Fault, FaultError};
 pub use health::{Trouble, check_moment};
-pub use perturb::{Noise, Perturbation, PerturbationError};
+pub use rounding::Noise;
 pub use stages::{NativeError, Options, first_contact_punch, run};
 pub use threads::Threads;
 
@@ -40,7 +42,7 @@ const SKIN_OVER_RADIUS: f64 = 0.1;
 /// How a case is run; none of it is physics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CaseOptions {
-    pub fault: Option<Perturbation>,
+    pub fault: Option<Fault>,
     pub skin_over_radius: f64,
     /// Rounding errors of another engine, put in after each step.
     pub noise: Option<Noise>,
@@ -56,8 +58,8 @@ impl Default for CaseOptions {
     }
 }
 
-impl From<Option<Perturbation>> for CaseOptions {
-    fn from(fault: Option<Perturbation>) -> Self {
+impl From<Option<Fault>> for CaseOptions {
+    fn from(fault: Option<Fault>) -> Self {
         CaseOptions {
             fault,
             ..CaseOptions::default()

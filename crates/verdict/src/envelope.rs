@@ -10,7 +10,7 @@ use crate::Answer;
 use crate::constants::{FLYING, KINDS, situations, until};
 use crate::contacts;
 use grains::constant::Constant;
-use grains::native::{CaseOptions, NativeError, Noise, Perturbation, run_case};
+use grains::native::{CaseOptions, Fault, NativeError, Noise, run_case};
 use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Variant};
@@ -402,7 +402,7 @@ impl Envelope {
 
     /// How far the native engine is off with this constant larger by so much.
     fn faulty(&self, constant: Constant, larger: f64) -> Result<Option<Farthest>, NativeError> {
-        let fault = Perturbation::Sized(constant, larger);
+        let fault = Fault::Sized(constant, larger);
         Ok(self.farthest(&run_case(&self.case, Some(fault))?))
     }
 

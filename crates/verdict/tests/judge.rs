@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use evidence::in_parallel;
 use grains::constant::Constant;
 use grains::model::Kernel;
-use grains::native::{NativeError, Perturbation, run_case};
+use grains::native::{Fault, NativeError, run_case};
 use grains::tables::Bodies;
 use grains::task::Case;
 use grains::variant::{self, Form, Variant};
@@ -112,7 +112,7 @@ fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
 
 #[test]
 fn sums_in_another_order_are_rounding_and_forces_in_single_precision_are_said_to_be_single() {
-    let reversed: Perturbation = "sums=reversed".parse().expect("a fault");
+    let reversed: Fault = "sums=reversed".parse().expect("a fault");
     let reversed = |case: &Case| -> Answer {
         run_case(case, Some(reversed)).map_err(|error| error.to_string())
     };

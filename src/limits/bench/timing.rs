@@ -12,7 +12,7 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 use super::bed::Bed;
 use super::{Result, nonsense};
 use crate::engine::exec;
-use crate::engine::watch::Limits;
+use crate::engine::limits::Limits;
 use crate::files::{FileError, Place, new_folder, read_text, remove_folder, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};

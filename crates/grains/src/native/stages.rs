@@ -1,11 +1,14 @@
 //! The stages of the experiment and the rules that end them.
 
+mod stop_rules;
+
 use std::time::Instant;
 
 use super::dynamics::Dynamics;
+use super::fault::Fault;
 use super::health::{self, Trouble};
 use super::neighbours::Skin;
-use super::perturb::{Noise, Perturbation, Shaker};
+use super::rounding::{Noise, Shaker};
 use super::state::Constants;
 use super::threads::Threads;
 use super::timing::{Slowness, ThreadTime};
@@ -21,7 +24,7 @@ use crate::task::{Observer, Outcome, Seen, StageReport, Task, Until, asked_to_en
 pub struct Options {
     /// Skin of the neighbour list, m; the bits do not depend on it. `None`: by how fast the grains move.
     pub skin: Option<f64>,
-    pub perturbation: Option<Perturbation>,
+    pub perturbation: Option<Fault>,
     /// Threads for this one bed; the bits do not depend on them.
     pub threads: Threads,
     /// Rounding errors of another engine, put in at the start and after each step.
@@ -94,7 +97,7 @@ pub fn run(
         settled: None,
         slowness: options
             .perturbation
-            .and_then(Perturbation::slowed)
+            .and_then(Fault::slowed)
             .map(Slowness::new),
         noise: options.noise.map(Noise::begin),
         reports: Vec::new(),
@@ -250,51 +253,6 @@ impl Runner<'_> {
         let end = exactly.unwrap_or(u64::MAX).min(settle.max_steps);
         let heeded = HEEDED / self.dynamics.state.position.len() as u64;
         next.min(heeded).min(end.saturating_sub(self.step)).max(1)
-    }
-
-    /// Settled when the kinetic energy is at most the scene's share of its peak.
-    fn settle_rule(&mut self) -> Option<StopReason> {
-        let settle = &self.scene.settle;
-        if self.step.is_multiple_of(settle.check_every) {
-            let energy = self.dynamics.state.kinetic_energy();
-            let peak = self.seen.energy.max(energy);
-            self.seen.energy = peak;
-            if energy <= settle.kinetic_energy_fraction * peak {
-                return Some(StopReason::Settled);
-            }
-            // The energy falls about exponentially, so its logarithm tells how far settling is.
-            let share = (energy / peak).ln() / settle.kinetic_energy_fraction.ln();
-            self.observer.progress(self.stage, self.step, share);
-        }
-        (self.step >= settle.max_steps).then_some(StopReason::MaxSteps)
-    }
-
-    /// The force is reached, or the punch is too deep.
-    fn load_rule(&mut self) -> Option<StopReason> {
-        let punch = self.dynamics.state.punch?;
-        let of_force = punch.force / self.scene.target_force();
-        let of_depth = punch.depth() / self.scene.loading.give_up_depth;
-        if self.step.is_multiple_of(LOOK_UP_EVERY) {
-            self.observer
-                .progress(self.stage, self.step, of_force.max(of_depth));
-        }
-        if let Some(since) = self.seen.standing_since {
-            let long_enough = self.scene.steps_standing_still().unwrap_or(0);
-            return (self.step >= since + long_enough).then_some(StopReason::Reached);
-        }
-        if punch.force >= self.scene.target_force() {
-            if self.scene.steps_standing_still().is_none() {
-                return Some(StopReason::Reached);
-            }
-            self.seen.standing_since = Some(self.step);
-            self.dynamics.state.punch = Some(Punch {
-                velocity: 0.0,
-                ..punch
-            });
-            return None;
-        }
-        let too_deep = punch.depth() >= self.scene.loading.give_up_depth;
-        too_deep.then_some(StopReason::TargetLoadNotReached)
     }
 
     /// Sets the punch on the highest grain below it, moving down at its constant speed.
