@@ -24,7 +24,7 @@ pub mod campaign;
 pub mod candidates;
 pub mod claims;
 pub mod figures;
-pub mod machine;
+pub mod folder;
 pub mod member;
 pub mod plan;
 pub mod realization;
@@ -44,7 +44,7 @@ use crate::document::Document;
 use crate::engine::EngineError;
 use crate::exit;
 use crate::files::{FileError, remove_folder};
-use crate::study::machine::Folder;
+use crate::study::folder::StudyFolder;
 use plan::{Plan, Program};
 use realization::{Engines, Runner};
 use serde::Serialize;
@@ -86,8 +86,8 @@ pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
     /// What merging counts and writes into the table.
     fn outline(&self, row: &Self::Row) -> Outline;
 
-    /// What the rows that are there say; [`Folder::each`] has them.
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError>;
+    /// What the rows that are there say; [`StudyFolder::each`] has them.
+    fn judge(folder: &StudyFolder<Self>) -> Result<Judged, StudyError>;
 }
 
 /// A row in short.
@@ -208,7 +208,7 @@ pub fn create<S: Study>(
     let Some(from) = reuse else {
         return Ok(0);
     };
-    let reused = Folder::<S>::open(path).and_then(|folder| folder.reuse(from));
+    let reused = StudyFolder::<S>::open(path).and_then(|folder| folder.reuse(from));
     if reused.is_err() {
         // Else the same command, mended, would be refused for the folder that this one left.
         remove_folder(path)?;

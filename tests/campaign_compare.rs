@@ -4,7 +4,7 @@ use crossgrain::checks::Outcome;
 use crossgrain::study::campaign::compare::{Compared, Comparison, Packings, compare, judge};
 use crossgrain::study::campaign::{Campaign, Member, Merged};
 use crossgrain::study::realization::{Ending, Runner};
-use crossgrain::study::{machine::Summary, tradeoff::judge::QUANTITIES};
+use crossgrain::study::{folder::Summary, tradeoff::judge::QUANTITIES};
 use evidence::proportion::wilson;
 use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;

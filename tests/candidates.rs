@@ -4,7 +4,7 @@ use crossgrain::limits::stability::time_step::share_of_limit;
 use crossgrain::report;
 use crossgrain::study::candidates::judge::{Candidates, Verdict};
 use crossgrain::study::candidates::{PRINTED, Plan, reasons};
-use crossgrain::study::machine::Folder;
+use crossgrain::study::folder::StudyFolder;
 use crossgrain::study::member::{Beds, Member, Members, of_one_bed};
 use crossgrain::study::realization::Change::{self, Friction, Hold, Settled, Speed};
 use crossgrain::study::realization::{
@@ -263,7 +263,7 @@ fn three_settings(clouds: u64) -> Plan {
 }
 
 fn rows(folder: &Path) -> Vec<Vec<Member>> {
-    let rows = Folder::<Plan>::open(folder).and_then(|of| of.rows());
+    let rows = StudyFolder::<Plan>::open(folder).and_then(|of| of.rows());
     rows.expect("rows of a study")
 }
 

@@ -4,7 +4,7 @@
 use crossgrain::checks::record;
 use crossgrain::compare::baseline::{BaselineError, Store};
 use crossgrain::study::campaign::{Campaign, merged};
-use crossgrain::study::{machine::Folder, plan::Plan, store::Index};
+use crossgrain::study::{folder::StudyFolder, plan::Plan, store::Index};
 
 use crate::campaign::plan;
 use crate::folder::{put, written};
@@ -86,7 +86,7 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
     let place = &plan(&tiny_scene(), 2, "c");
     let folder = place.join("c");
     ends(place, 0, "study run c --quiet");
-    let open = || Folder::<Campaign>::open(&folder).map(drop);
+    let open = || StudyFolder::<Campaign>::open(&folder).map(drop);
     let merged = || merged(&folder).map(drop);
     let readers: [(&str, &dyn Fn() -> Result<(), _>); 3] = [
         ("plan.json", &open),

@@ -4,7 +4,7 @@
 use std::ffi::{OsStr, OsString};
 
 use crossgrain::study::slurm::write;
-use crossgrain::study::{campaign::Campaign, machine::Folder, realization::Runner};
+use crossgrain::study::{campaign::Campaign, folder::StudyFolder, realization::Runner};
 
 use crate::hostile_names::{harmless, names, two_grains};
 use crate::support::*;
@@ -39,7 +39,7 @@ fn job_scripts_hand_every_name_on_whole() {
         let tools = place.join("tools");
         fs::create_dir(&tools).expect("a folder of ours");
         let stub = program(&tools, &name, STUB);
-        let campaign = Folder::<Campaign>::open(&folder).expect("a campaign");
+        let campaign = StudyFolder::<Campaign>::open(&folder).expect("a campaign");
         let scripts = || write(&folder, &campaign, 4, 3, None, &stub);
         let control = |of: char| of.is_control();
         if name.to_str().is_none_or(|name| name.contains(control)) {

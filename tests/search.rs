@@ -5,7 +5,7 @@ use crossgrain::study::realization::Engines;
 use crossgrain::study::search::matching::{Figure, Observed, Sampled, Search, keep};
 use crossgrain::study::search::space::{AXES, OF_POURING, scene, snap};
 use crossgrain::study::search::{Plan, Size};
-use crossgrain::study::{Study, machine::Folder, member::Member};
+use crossgrain::study::{Study, folder::StudyFolder, member::Member};
 use evidence::history::CUT;
 
 use crate::support::*;
@@ -47,7 +47,7 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
     let plan = Plan::first(tiny_scene(), SIZE);
     assert_eq!(plan.count(), 24);
     let (_place, folder) = made(plan.clone());
-    let folder = Folder::<Plan>::open(&folder).expect("a study");
+    let folder = StudyFolder::<Plan>::open(&folder).expect("a study");
     let mut rows: Vec<Vec<Member>> = Vec::new();
     folder.each(|_, row| rows.push(row)).expect("rows");
     let setting = &plan.beds.0[3][1];

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crossgrain::document::Document;
 use crossgrain::engine::{EngineError, ProgramError};
 use crossgrain::files::file_digest;
-use crossgrain::study::machine::{Done, Folder, Job, Machine};
+use crossgrain::study::folder::{AnyStudy, Done, Job, StudyFolder};
 use crossgrain::study::realization::{Engines, Runner};
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
 use crossgrain::study::{plan::Plan, shard::Shard, store::RECORDS};
@@ -81,7 +81,7 @@ impl Study for Squares {
         }
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
+    fn judge(folder: &StudyFolder<Self>) -> Result<Judged, StudyError> {
         let sum = Cell::new(0);
         folder.each(|_, row| sum.set(sum.get() + row.square))?;
         Ok(Judged {
@@ -105,7 +105,7 @@ fn run(folder: &Path, shard: Shard) -> Result<Done, StudyError> {
         threads,
         engines,
     };
-    Folder::<Squares>::open(folder)?.run(&job, &Display::new(true))
+    StudyFolder::<Squares>::open(folder)?.run(&job, &Display::new(true))
 }
 
 fn new(count: u64, breaks: Option<u64>) -> (Place, PathBuf) {
@@ -120,7 +120,7 @@ fn new(count: u64, breaks: Option<u64>) -> (Place, PathBuf) {
 fn a_study_of_another_kind_has_all_that_campaigns_have() {
     let (_place, path) = new(10, None);
     run(&path, Shard::new(2, 3).expect("a shard")).expect("three rows");
-    let open = || Folder::<Squares>::open(&path).expect("a study");
+    let open = || StudyFolder::<Squares>::open(&path).expect("a study");
     let half = open().judge().expect("what is there");
     assert_eq!(half.document.answer, "The sum is 93.");
     assert_eq!(half.record.checks[0].id, "squares/rows");
@@ -168,7 +168,7 @@ fn lines_that_cannot_be_read_are_kept() {
     assert_eq!(done, (2, 3, true));
     let after = text_of(&file);
     assert!(after.starts_with(&format!("{damaged}\n")), "{after}");
-    let merged = Folder::<Squares>::open(&path).and_then(|of| of.merge());
+    let merged = StudyFolder::<Squares>::open(&path).and_then(|of| of.merge());
     assert_eq!(merged.expect("merged").rows, 6);
 }
 
@@ -184,7 +184,7 @@ fn rows_of_another_source_are_never_mixed_in() {
     fs::copy(from, to).expect("room");
     let ran = run(&other, Shard::WHOLE);
     assert!(matches!(ran, Err(StudyError::OtherProgram { .. })));
-    let status = Folder::<Squares>::open(&other).and_then(|of| of.status());
+    let status = StudyFolder::<Squares>::open(&other).and_then(|of| of.status());
     let status = status.expect("a status");
     assert_eq!((status.finished, status.damaged.len()), (0, 4));
     let larger = place.join("larger");

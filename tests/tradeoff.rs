@@ -5,7 +5,7 @@ mod external;
 use crossgrain::engine::exec::ExternalEngine;
 use crossgrain::report;
 use crossgrain::reproduce::record::Beside;
-use crossgrain::study::machine::{Folder, Job, Machine};
+use crossgrain::study::folder::{AnyStudy, Job, StudyFolder};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
 use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
@@ -35,7 +35,7 @@ pub fn run<S: Study>(folder: &Path, engines: &Engines) -> Result<(), StudyError>
         threads,
         engines,
     };
-    Folder::<S>::open(folder)?.run(&job, &Display::new(true))?;
+    StudyFolder::<S>::open(folder)?.run(&job, &Display::new(true))?;
     Ok(())
 }
 
@@ -66,7 +66,7 @@ pub fn made<S: Study>(plan: S) -> (Place, PathBuf) {
 
 /// What the rows of a folder say.
 fn record(folder: &Path) -> Tradeoff {
-    let folder = Folder::<Plan>::open(folder).expect("a study");
+    let folder = StudyFolder::<Plan>::open(folder).expect("a study");
     let members: Members = folder.rows().expect("rows").into_iter().collect();
     let external = folder.plan.program.as_ref().map(|of| &of.described);
     Tradeoff::of(&folder.plan.study, &members, Vec::new(), external)
@@ -227,7 +227,7 @@ fn runs_without_yade_say_so_and_are_not_complete() {
     let record = record(&folder);
     assert_eq!((record.reference.missing, record.points[0].missing), (0, 2));
     assert_eq!(record.recommended, None);
-    let report = Folder::<Plan>::open(&folder).expect("a study").judge();
+    let report = StudyFolder::<Plan>::open(&folder).expect("a study").judge();
     let report = report.expect("what is there");
     let verdict = report.document.verdict;
     assert_eq!(verdict, crossgrain::checks::Outcome::Skipped);

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 
 use crossgrain::files::short_hex;
 use crossgrain::study::campaign::{self, Campaign};
-use crossgrain::study::machine::{Folder, Machine as _, SUMMARY, Summary};
+use crossgrain::study::folder::{AnyStudy as _, SUMMARY, StudyFolder, Summary};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store::{self, Index, Reader};
 use crossgrain::study::{Study as _, StudyError};
@@ -37,7 +37,7 @@ pub fn read(input: &[u8]) -> bool {
     for record in index.places.values() {
         reader.json(record).expect("what the index has found");
     }
-    let open = Folder::<Campaign>::open(&place).expect("the plan is sound");
+    let open = StudyFolder::<Campaign>::open(&place).expect("the plan is sound");
     open.status().expect("the state of any campaign");
     match open.merge() {
         Ok(summary) => {

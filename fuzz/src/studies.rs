@@ -1,7 +1,7 @@
 //! Studies that are no campaigns: a part `kind`, a part `plan` with the study's own plan, and a part `rows`, whose lines `NUMBER JSON`
 //! get their checks. What is read is judged.
 
-use crossgrain::study::machine::{Folder, Machine as _};
+use crossgrain::study::folder::{AnyStudy as _, StudyFolder};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store;
 use crossgrain::study::{Study, StudyError, candidates, search, tradeoff};
@@ -26,7 +26,7 @@ fn of<S: Study + PartialEq + std::fmt::Debug>(parts: &Parts<'_>) -> bool {
     let folder = parts::folder();
     let place = folder.path().join("study");
     plan.write(&place).expect("a writable folder");
-    let open = Folder::<S>::open(&place).expect("what was accepted once");
+    let open = StudyFolder::<S>::open(&place).expect("what was accepted once");
     assert_eq!(open.plan, plan);
     let rows = parts.text("rows").unwrap_or_default();
     let lines = rows.lines().filter_map(|row| {

@@ -12,7 +12,7 @@ use super::study::{engines_of, open, report};
 use crate::error::Error;
 use crate::files::{has_room, work_folder};
 use crate::progress::Display;
-use crate::study::machine::Job;
+use crate::study::folder::Job;
 use crate::study::shard::Shard;
 use crate::study::{StudyError, create};
 use crate::workers::cores;

@@ -26,7 +26,7 @@ use crate::study::campaign::compare::compare;
 use crate::study::campaign::{Campaign, Merged, merged};
 use crate::study::claims::{self, Origin};
 use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
-use crate::study::machine::{Folder, Job, Machine, Status, Summary};
+use crate::study::folder::{AnyStudy, Job, Status, StudyFolder, Summary};
 use crate::study::realization::{Engines, ending_in_words};
 use crate::study::shard::Shard;
 use crate::study::slurm;
@@ -134,9 +134,9 @@ pub struct SlurmArguments {
 }
 
 /// Opens a study of any kind.
-pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
-    fn of<S: Study + 'static>(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
-        Ok(Box::new(Folder::<S>::open(path)?))
+pub fn open(path: &Path) -> Result<Box<dyn AnyStudy>, StudyError> {
+    fn of<S: Study + 'static>(path: &Path) -> Result<Box<dyn AnyStudy>, StudyError> {
+        Ok(Box::new(StudyFolder::<S>::open(path)?))
     }
     let kind = stored::kind(path)?;
     match kind.as_str() {
@@ -238,7 +238,7 @@ impl RunArguments {
 
 /// The engines of a study that are other programs, with the planned external one, which may be `named` at another place.
 pub fn engines_of(
-    study: &dyn Machine,
+    study: &dyn AnyStudy,
     named: Option<&Path>,
     limits: &YadeLimits,
 ) -> Result<Engines, Error> {

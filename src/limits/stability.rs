@@ -19,7 +19,7 @@ use crate::engine::exec::Description;
 use crate::engine::yade::{Proposal, propose};
 use crate::engine::{EngineError, ProgramError};
 use crate::files::new_folder;
-use crate::study::machine::Folder;
+use crate::study::folder::StudyFolder;
 use crate::study::plan::Program;
 use crate::study::realization::{Engines, Runner};
 use crate::study::{Judged, Outline, Study, StudyError};
@@ -219,7 +219,7 @@ impl Study for Stability {
         Outline::new(ending, cells, &BTreeMap::new())
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
+    fn judge(folder: &StudyFolder<Self>) -> Result<Judged, StudyError> {
         let mut map = Map::new(&folder.plan.study, folder.plan.program.as_ref());
         folder.each(|_, made| map.take(made))?;
         let places = &folder.plan.study.scenes;

@@ -8,7 +8,7 @@ use std::path::Path;
 use crate::checks::Outcome;
 use crate::document::{Cell, Document, Section, Table};
 use crate::engine::EngineError;
-use crate::study::machine::Folder;
+use crate::study::folder::StudyFolder;
 use crate::study::plan::Plan;
 use crate::study::realization::{
     Ending, Engines, Runner, Specification, bed_of, ending_in_words, measured, went_wrong,
@@ -36,11 +36,11 @@ pub struct Campaign {
     pub scene: Scene,
 }
 
-pub type Merged = super::machine::Merged<Campaign>;
+pub type Merged = super::folder::Merged<Campaign>;
 
 /// Reads a merged campaign and checks its bytes and members against summary and plan.
 pub fn merged(folder: &Path) -> Result<Merged, StudyError> {
-    Folder::<Campaign>::open(folder)?.merged()
+    StudyFolder::<Campaign>::open(folder)?.merged()
 }
 
 impl Campaign {
@@ -167,7 +167,7 @@ impl Study for Campaign {
         }
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
+    fn judge(folder: &StudyFolder<Self>) -> Result<Judged, StudyError> {
         let mut endings: BTreeMap<&'static str, u64> = BTreeMap::new();
         let mut measured: BTreeMap<String, Sums> = BTreeMap::new();
         folder.each(|_, row| {

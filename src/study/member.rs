@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::machine::Folder;
+use super::folder::StudyFolder;
 use super::realization::{
     self, Ending, Engines, LAWS, Realization, Runner, Setting, Specification, sound, went_wrong,
 };
@@ -387,7 +387,7 @@ impl<P: OfBeds> Study for P {
         Outline::new("loaded", cells, &BTreeMap::new())
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
+    fn judge(folder: &StudyFolder<Self>) -> Result<Judged, StudyError> {
         let members = folder.rows()?.into_iter().flatten().collect();
         folder.plan.study.judged(&members)
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::files::{make_folder, whole_path, write_whole};
 use crate::study::StudyError;
-use crate::study::machine::Machine;
+use crate::study::folder::AnyStudy;
 use crate::study::shard::{Shard, TASKS_VARIABLE};
 
 /// Writes `slurm/array.sh` and `slurm/merge.sh` into the study's folder, and tells how they are submitted: two lines for a
@@ -13,7 +13,7 @@ use crate::study::shard::{Shard, TASKS_VARIABLE};
 /// wants one to be named.
 pub fn write(
     folder: &Path,
-    study: &dyn Machine,
+    study: &dyn AnyStudy,
     tasks: u64,
     threads: u16,
     partition: Option<&str>,

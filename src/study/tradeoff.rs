@@ -10,7 +10,7 @@ use std::path::Path;
 use crate::checks::Check;
 use crate::engine::EngineError;
 use crate::engine::exec::{Description, Part, missing_for_scene};
-use crate::study::machine::Folder;
+use crate::study::folder::StudyFolder;
 use crate::study::member::{Cost, Member, Members, values};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
 use crate::study::tradeoff::judge::{
@@ -72,7 +72,7 @@ impl Study for Plan {
         row.outline(of.map_or("", |of| &of.id))
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
+    fn judge(folder: &StudyFolder<Self>) -> Result<Judged, StudyError> {
         let members: Members = folder.rows()?.into_iter().collect();
         let external = folder.plan.program.as_ref().map(|of| &of.described);
         let convergence = convergence().map_err(EngineError::Native)?;

@@ -7,7 +7,7 @@ use super::{
 use crossgrain::limits::stability::Stability;
 use crossgrain::study::realization::{Change::Settled, Runner, Setting, Specification, changed};
 use crossgrain::study::{Study, candidates, create, search, tradeoff};
-use crossgrain::study::{campaign::Campaign, machine::Folder, member::Beds};
+use crossgrain::study::{campaign::Campaign, folder::StudyFolder, member::Beds};
 
 use crate::support::*;
 
@@ -43,7 +43,7 @@ fn merged_rows<S: Study>(place: &Path) -> Vec<S::Row> {
         must(place, "run", &["--shard", shard, "--threads", "2"]);
     }
     must(place, "merge", &[]);
-    let merged = Folder::<S>::open(&place.join("c")).and_then(Folder::merged);
+    let merged = StudyFolder::<S>::open(&place.join("c")).and_then(StudyFolder::merged);
     merged.expect("a merged study").rows
 }
 

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 
 use crossgrain::study::Study;
 use crossgrain::study::campaign::{Campaign, Member};
-use crossgrain::study::machine::Folder;
+use crossgrain::study::folder::StudyFolder;
 use crossgrain::study::realization::{Ending, Engines};
 
 use super::{plan, record_line};
@@ -16,7 +16,7 @@ use crate::support::*;
 fn fabricated(members: u64, shards: u64) -> Place {
     let place = plan(&tiny_scene(), members, "c");
     let folder = place.join("c");
-    let open = Folder::<Campaign>::open(&folder).expect("a campaign");
+    let open = StudyFolder::<Campaign>::open(&folder).expect("a campaign");
     let (plan, digest) = (&open.plan, open.plan.digest());
     let first = plan.study.run(1, &Engines::default(), Path::new(""));
     let mut member = first.expect("a member");

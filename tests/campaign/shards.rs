@@ -1,7 +1,7 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
 use super::{MEMBERS, Running, expected, finishes_as_expected, merged_bytes, must, plan, study};
-use crossgrain::study::{Study, campaign::Campaign, machine::Folder, realization::Engines};
+use crossgrain::study::{Study, campaign::Campaign, folder::StudyFolder, realization::Engines};
 
 use crate::support::*;
 
@@ -11,7 +11,7 @@ fn bytes_do_not_depend_on_threads_and_a_member_run_again_is_the_recorded_one() {
     finishes_as_expected(place);
     let words = "24 of 24 rows finished, merged";
     has(&must(place, "status", &[]), [words]);
-    let open = || Folder::<Campaign>::open(&place.join("c")).expect("a campaign");
+    let open = || StudyFolder::<Campaign>::open(&place.join("c")).expect("a campaign");
     let merged = open().merged().expect("a merged campaign");
     for number in [1, MEMBERS] {
         let member = merged

@@ -2,7 +2,7 @@
 
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::claims::{Claim, Claims, Verdict};
-use crossgrain::study::machine::{Folder, Machine as _};
+use crossgrain::study::folder::{AnyStudy as _, StudyFolder};
 use crossgrain::study::realization::Runner;
 use evidence::distribution::Distribution;
 
@@ -21,7 +21,7 @@ fn write_campaign(folder: &Path, truth: &Truth) {
     let lines = members.iter().map(|of| record_line(&plan.digest(), of));
     let lines: String = lines.collect();
     fs::write(folder.join("records/shard-1-of-1.jsonl"), lines).expect("a writable folder");
-    let merged = Folder::<Campaign>::open(folder).and_then(|of| of.merge());
+    let merged = StudyFolder::<Campaign>::open(folder).and_then(|of| of.merge());
     merged.expect("whole rows");
 }
 

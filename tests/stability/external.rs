@@ -4,7 +4,7 @@ use crossgrain::checks::{Check, Outcome};
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::limits::stability::{Map, Row, Stability};
 use crossgrain::report;
-use crossgrain::study::machine::{Folder, Machine as _};
+use crossgrain::study::folder::{AnyStudy as _, StudyFolder};
 use crossgrain::study::realization::Runner;
 
 use crate::support::*;
@@ -17,7 +17,7 @@ fn map(options: &Options, names: &[&str]) -> Map {
     plan.scenes.retain(|name| names.contains(&name.as_str()));
     let (_place, folder, ended) = tried(plan, Some(engine));
     ended.expect("trials");
-    let study = Folder::<Stability>::open(&folder).expect("a study");
+    let study = StudyFolder::<Stability>::open(&folder).expect("a study");
     let report = study.judge().expect("a report");
     serde_json::from_str(&report.text).expect("a map")
 }

@@ -30,7 +30,7 @@ use crossgrain::engine::Engine;
 use crossgrain::files::read_text;
 use crossgrain::run::recorded;
 use crossgrain::study::Study;
-use crossgrain::study::machine::{Folder, Machine as _};
+use crossgrain::study::folder::{AnyStudy as _, StudyFolder};
 use grains::native::Fault;
 use grains::scene::Cloud;
 use grains::task::Outcome;
@@ -452,12 +452,12 @@ pub fn recorded_of<R: DeserializeOwned>(folder: impl AsRef<Path>) -> R {
 }
 
 /// What is recorded of a study, which its rows give again.
-pub fn judged_again<S: Study, R>(folder: &str) -> (Folder<S>, R)
+pub fn judged_again<S: Study, R>(folder: &str) -> (StudyFolder<S>, R)
 where
     R: DeserializeOwned + PartialEq,
 {
     let path = root(folder);
-    let folder = Folder::<S>::open(&path).expect("recorded evidence");
+    let folder = StudyFolder::<S>::open(&path).expect("recorded evidence");
     let report = folder.judge().expect("a judgement");
     let recorded: R = recorded_of(&path);
     let again: R = serde_json::from_str(&report.text).expect("a record");

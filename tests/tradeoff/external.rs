@@ -2,7 +2,7 @@
 
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::report;
-use crossgrain::study::machine::Folder;
+use crossgrain::study::folder::StudyFolder;
 use crossgrain::study::realization::Ending;
 use crossgrain::study::tradeoff::{Tradeoff, plan::Plan};
 
@@ -29,7 +29,7 @@ fn study(scene: Scene, options: Options, clouds: u64) -> (Tradeoff, Option<Endin
     let (_place, folder, ended) = tried(plan, Some(external));
     let words = ended.err().map_or(String::new(), |error| error.to_string());
     let mut ending = None;
-    let opened = Folder::<Plan>::open(&folder).expect("a study");
+    let opened = StudyFolder::<Plan>::open(&folder).expect("a study");
     let each = opened.each(|_, row| {
         if row.specification == digest && row.realization == 1 {
             ending = Some(row.ending);

@@ -13,7 +13,7 @@ use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
 use crate::run::folder::read_scene;
 use crate::study::campaign::Campaign;
-use crate::study::machine::Folder;
+use crate::study::folder::StudyFolder;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
 use crate::study::{Study, candidates, create, search, tradeoff};
@@ -194,7 +194,7 @@ impl CandidatesArguments {
 
 /// A finished wave of a search and what it says.
 fn searched(path: &Path) -> Result<(search::Plan, search::matching::Search), Error> {
-    let merged = Folder::<search::Plan>::open(path)?.merged()?;
+    let merged = StudyFolder::<search::Plan>::open(path)?.merged()?;
     let members = merged.rows.into_iter().flatten().collect();
     let found = search::matching::Search::of(&merged.plan.study, &members);
     Ok((merged.plan.study, found))

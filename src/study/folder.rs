@@ -131,14 +131,14 @@ pub struct Merged<S: Study> {
 /// A study's folder: `plan.json`, which never changes, `records/`, which only grows, and, once it is merged, `rows.jsonl`,
 /// `rows.csv` and `merged.json`.
 #[derive(Debug)]
-pub struct Folder<S> {
+pub struct StudyFolder<S> {
     path: PathBuf,
     pub plan: Plan<S>,
     digest: String,
 }
 
 /// What every study's folder can do, whatever its kind.
-pub trait Machine {
+pub trait AnyStudy {
     fn count(&self) -> u64;
     fn program(&self) -> Option<&Program>;
     fn check_program(&self) -> Result<(), StudyError>;
@@ -153,10 +153,10 @@ pub trait Machine {
     fn judge(&self) -> Result<Report, StudyError>;
 }
 
-impl<S: Study> Folder<S> {
+impl<S: Study> StudyFolder<S> {
     pub fn open(path: &Path) -> Result<Self, StudyError> {
         let plan = Plan::<S>::read(path)?;
-        Ok(Folder {
+        Ok(StudyFolder {
             digest: plan.digest(),
             path: path.to_owned(),
             plan,
@@ -201,7 +201,7 @@ impl<S: Study> Folder<S> {
         outlines.engine().map(drop)
     }
 
-    /// All of [`Folder::each`].
+    /// All of [`StudyFolder::each`].
     pub fn rows(&self) -> Result<Vec<S::Row>, StudyError> {
         let mut rows = Vec::new();
         self.each(|_, row| rows.push(row))?;
@@ -318,7 +318,7 @@ impl<S: Study> Folder<S> {
 
     /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
     pub fn reuse(&self, from: &Path) -> Result<u64, StudyError> {
-        let other = Folder::<S>::open(from)?;
+        let other = StudyFolder::<S>::open(from)?;
         other.check_program()?;
         if other.plan.program != self.plan.program {
             return Err(StudyError::other_engine(from));
@@ -345,7 +345,7 @@ impl<S: Study> Folder<S> {
     }
 }
 
-impl<S: Study> Machine for Folder<S> {
+impl<S: Study> AnyStudy for StudyFolder<S> {
     fn count(&self) -> u64 {
         self.plan.study.count()
     }
@@ -543,7 +543,7 @@ struct Broken {
     unavailable: Vec<&'static str>,
 }
 
-impl<S: Study> Folder<S> {
+impl<S: Study> StudyFolder<S> {
     /// Makes a row, with a folder of its own in `place`; none where its engine fails, or is known to be not there.
     fn json_of(
         &self,
