@@ -163,7 +163,7 @@ impl Check {
 
     /// Sets value and limits: it passes within `allowed` of `expected`. What is not finite is no number.
     pub fn with_limits(mut self, value: f64, expected: f64, allowed: Option<f64>) -> Self {
-        let number = |of: f64| of.is_finite().then_some(of);
+        let number = |value: f64| value.is_finite().then_some(value);
         self.value = number(value);
         self.expected = number(expected);
         self.lower = allowed.and_then(|allowed| number(expected - allowed));
@@ -325,11 +325,11 @@ mod tests {
             (&[Skipped, ExpectedFailure], false, Skipped),
             (&[], false, Skipped),
         ] {
-            let of = |outcome: &Outcome| Check {
+            let check = |outcome: &Outcome| Check {
                 required,
                 ..Check::of_words("a", "", *outcome, "")
             };
-            let checks: Vec<Check> = outcomes.iter().map(of).collect();
+            let checks: Vec<Check> = outcomes.iter().map(check).collect();
             assert_eq!(verdict(&checks), expected, "{outcomes:?} {required}");
         }
     }

@@ -86,7 +86,7 @@ impl Process {
         let entries = listed("/proc", usize::MAX).unwrap_or_default();
         let numbers = entries
             .iter()
-            .filter_map(|of| of.name.to_str()?.parse().ok());
+            .filter_map(|entry| entry.name.to_str()?.parse().ok());
         numbers.filter_map(Process::of).collect()
     }
 
@@ -94,8 +94,12 @@ impl Process {
     fn has_mark(&self, mark: &str) -> Option<bool> {
         let entry = format!("{MARK}={mark}");
         match of_system(format!("/proc/{}/environ", self.number)) {
-            Some(of) if of.is_empty() => None,
-            Some(of) => Some(of.split(|byte| *byte == 0).any(|of| of == entry.as_bytes())),
+            Some(environment) if environment.is_empty() => None,
+            Some(environment) => Some(
+                environment
+                    .split(|byte| *byte == 0)
+                    .any(|variable| variable == entry.as_bytes()),
+            ),
             None => Some(false),
         }
     }
@@ -178,7 +182,7 @@ impl Group {
     /// Resident memory of it and of all that it has started, bytes, where the system tells.
     pub fn memory(&mut self) -> u64 {
         let processes = self.processes();
-        processes.iter().map(|of| of.memory).sum()
+        processes.iter().map(|process| process.memory).sum()
     }
 
     /// It and all that it has started: what is in its group, has its mark, is a child of such a one, or was one when it was
@@ -187,38 +191,44 @@ impl Group {
     fn processes(&mut self) -> Vec<Process> {
         let (own, group) = (std::process::id(), self.watcher.id());
         let mut rest = Process::all();
-        rest.retain(|of| ![own, group].contains(&of.number));
+        rest.retain(|process| ![own, group].contains(&process.number));
         let children = lock(&CHILDREN).clone();
         let is_alone = children.len() == 2;
-        let session = Process::of(own).map(|of| of.session);
-        let since = Process::of(group).map_or(0, |of| of.began);
+        let session = Process::of(own).map(|process| process.session);
+        let since = Process::of(group).map_or(0, |process| process.began);
         let mut known = BTreeMap::new();
         let mut found: Vec<Process> = Vec::new();
-        let mut is_of = |of: &Process| {
-            let before = self.known.get(&of.number);
-            let before = before.filter(|(began, _)| *began == of.began);
+        let mut is_of = |process: &Process| {
+            let before = self.known.get(&process.number);
+            let before = before.filter(|(began, _)| *began == process.began);
             let is_lost = || {
                 is_alone
-                    && of.parent == own
-                    && of.began >= since
-                    && Some(of.session) != session
-                    && !children.contains(&of.number)
+                    && process.parent == own
+                    && process.began >= since
+                    && Some(process.session) != session
+                    && !children.contains(&process.number)
             };
-            let is = of.group == group || of.number == self.child.id() && !self.seen || is_lost();
+            let is = process.group == group
+                || process.number == self.child.id() && !self.seen
+                || is_lost();
             let before = before.map(|(_, is)| *is);
             let is = is.then_some(true).or(before);
-            let is = is.or_else(|| of.has_mark(&self.mark));
-            known.extend(is.map(|is| (of.number, (of.began, is))));
+            let is = is.or_else(|| process.has_mark(&self.mark));
+            known.extend(is.map(|is| (process.number, (process.began, is))));
             is == Some(true)
         };
-        let mut newest: Vec<Process> = rest.extract_if(.., |of| is_of(of)).collect();
+        let mut newest: Vec<Process> = rest.extract_if(.., |process| is_of(process)).collect();
         while !newest.is_empty() {
-            let mut parents: Vec<u32> = newest.iter().map(|of| of.number).collect();
+            let mut parents: Vec<u32> = newest.iter().map(|process| process.number).collect();
             found.append(&mut newest);
             parents.sort_unstable();
-            let is_child = |of: &mut Process| parents.binary_search(&of.parent).is_ok();
+            let is_child = |process: &mut Process| parents.binary_search(&process.parent).is_ok();
             newest = rest.extract_if(.., is_child).collect();
-            known.extend(newest.iter().map(|of| (of.number, (of.began, true))));
+            known.extend(
+                newest
+                    .iter()
+                    .map(|process| (process.number, (process.began, true))),
+            );
         }
         self.known = known;
         found
@@ -230,17 +240,21 @@ impl Group {
         for round in 0..MOST_ROUNDS {
             let mut left = self.processes();
             let children = lock(&CHILDREN).clone();
-            let is_adopted =
-                |of: &Process| of.parent == std::process::id() && !children.contains(&of.number);
-            for of in left.extract_if(.., |of| of.is_dead) {
-                if is_adopted(&of) {
-                    let _ = waitpid(Pid::from_raw(of.number.cast_signed()), WaitOptions::NOHANG);
+            let is_adopted = |process: &Process| {
+                process.parent == std::process::id() && !children.contains(&process.number)
+            };
+            for process in left.extract_if(.., |process| process.is_dead) {
+                if is_adopted(&process) {
+                    let _ = waitpid(
+                        Pid::from_raw(process.number.cast_signed()),
+                        WaitOptions::NOHANG,
+                    );
                 }
             }
             if left.is_empty() {
                 break;
             }
-            left.iter().for_each(|of| kill(of.number));
+            left.iter().for_each(|process| kill(process.number));
             thread::sleep(Duration::from_micros(if round == 0 { 100 } else { 2_000 }));
         }
         // The watcher too: its number, which is the group's, is its own until its end is asked for.
@@ -256,7 +270,7 @@ impl Group {
 /// Waits for one that was ended.
 fn reap(child: &mut Child) {
     let _ = child.wait();
-    lock(&CHILDREN).retain(|of| *of != child.id());
+    lock(&CHILDREN).retain(|number| *number != child.id());
 }
 
 fn kill(number: u32) {

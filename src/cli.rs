@@ -180,7 +180,9 @@ mod tests {
         let words = |line: &str| {
             let words = line.split_whitespace();
             let words = words.take_while(|word| !["#", ">", "|", "&&"].contains(word));
-            words.map(|of| of.trim_matches('"').to_owned()).collect()
+            words
+                .map(|word| word.trim_matches('"').to_owned())
+                .collect()
         };
         commands.map(words).collect()
     }
@@ -190,7 +192,8 @@ mod tests {
         let after = command.get_after_help().map(ToString::to_string);
         let after = after.unwrap_or_default();
         // A command that the help breaks cannot be pasted.
-        let is_broken = |of: &&str| of.starts_with("  crossgrain") && of.chars().count() > 100;
+        let is_broken =
+            |line: &&str| line.starts_with("  crossgrain") && line.chars().count() > 100;
         assert_eq!(after.lines().find(is_broken), None, "{names:?}");
         let of_it = examples(&after);
         let mut own = of_it.iter().filter(|words| words.starts_with(names));
@@ -265,8 +268,10 @@ mod tests {
         let command = Arguments::command();
         let mut judges = 0;
         for (name, verb) in leaves(&command, "") {
-            let flags = verb.get_arguments().filter_map(|of| of.get_long());
-            let flags = flags.filter(|of| ["junit", "csv", "summary"].contains(of));
+            let flags = verb
+                .get_arguments()
+                .filter_map(|argument| argument.get_long());
+            let flags = flags.filter(|flag| ["junit", "csv", "summary"].contains(flag));
             let is_judge = !NO_JUDGES.contains(&name.as_str());
             assert_eq!(flags.count(), if is_judge { 3 } else { 0 }, "{name}");
             judges += usize::from(is_judge);

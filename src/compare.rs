@@ -56,21 +56,21 @@ pub struct Comparison {
 impl Comparison {
     /// All checks, their ids beginning with this one.
     pub fn all_checks(&self, id: &str) -> Vec<Check> {
-        let of = |check: &Check| Check {
+        let prefixed = |check: &Check| Check {
             id: format!("{id}/{}", check.id),
             ..check.clone()
         };
         let quantities = self.paired();
         let quantities = quantities.map(|pair| pair.check(id, self.bits_expected));
-        self.checks.iter().map(of).chain(quantities).collect()
+        self.checks.iter().map(prefixed).chain(quantities).collect()
     }
 
     /// The quantities to be looked at one by one: where the runs did not go equally far, those that both have.
     fn paired(&self) -> impl Iterator<Item = &QuantityPair> {
-        let failed = |of: &Check| of.id == PROTOCOL && of.outcome == Outcome::Fail;
+        let failed = |check: &Check| check.id == PROTOCOL && check.outcome == Outcome::Fail;
         let same = !self.checks.iter().any(failed);
         let all = self.quantities.iter();
-        all.filter(move |of| same || of.difference.is_some())
+        all.filter(move |pair| same || pair.difference.is_some())
     }
 
     /// By all checks; undecided where bits may differ and no first steps were looked at.
@@ -116,9 +116,9 @@ impl Comparison {
     /// What was checked, as a table.
     pub fn check_table(&self) -> Table {
         let table = Table::of("checks", "", &self.checks)
-            .column("outcome", |of| of.outcome)
-            .column("check", |of| &of.quantity)
-            .column("found", |of| &of.found);
+            .column("outcome", |check| check.outcome)
+            .column("check", |check| &check.quantity)
+            .column("found", |check| &check.found);
         let mut table = Table::from(table);
         if let Some(first) = &self.first_difference {
             let first = first.to_string();
@@ -144,9 +144,9 @@ impl Comparison {
             Section::new("Checks", format!("A: {}\nB: {}", self.a, self.b))
                 .with(self.check_table()),
         ];
-        for (run, of) in &self.first_steps {
-            let of = first_steps::sections(of).into_iter();
-            sections.extend(of.map(|section| Section {
+        for (run, judgement) in &self.first_steps {
+            let own = first_steps::sections(judgement).into_iter();
+            sections.extend(own.map(|section| Section {
                 title: format!("{run}: {}", section.title),
                 ..section
             }));
@@ -179,32 +179,36 @@ impl Comparison {
     pub fn answer(&self) -> String {
         let mut said = format!("{} against {}", self.a, self.b);
         let asked = ["same-scene", "same-start", PROTOCOL];
-        let of_question = |of: &&Check| asked.iter().any(|id| of.id.ends_with(id));
+        let of_question = |check: &&Check| asked.iter().any(|id| check.id.ends_with(id));
         let mut other = self.checks.iter().filter(of_question);
-        if let Some(of) = other.find(|of| of.outcome == Outcome::Fail) {
-            said += &format!(", not the {}: {}", of.quantity, of.found);
+        if let Some(check) = other.find(|check| check.outcome == Outcome::Fail) {
+            said += &format!(", not the {}: {}", check.quantity, check.found);
         }
         if let Some(first) = &self.first_difference {
             said += &format!("; first difference: {first}");
         }
         let skipped = self.checks.iter();
-        for check in skipped.filter(|of| of.required && of.outcome == Outcome::Skipped) {
+        for check in skipped.filter(|check| check.required && check.outcome == Outcome::Skipped) {
             said += &format!("; not looked at: {}: {}", check.quantity, check.found);
         }
-        for (run, of) in &self.first_steps {
+        for (run, judgement) in &self.first_steps {
             let id = format!("stretches-{}", run.to_lowercase());
-            let late = self.checks.iter().find(|of| of.id == id);
+            let late = self.checks.iter().find(|check| check.id == id);
             let of_states = match late {
-                Some(_) => first_steps::from_states(of),
-                None => first_steps::answer(of),
+                Some(_) => first_steps::from_states(judgement),
+                None => first_steps::answer(judgement),
             };
             said += &format!(". {run}: {of_states}");
-            said += &late.map_or(String::new(), |of| {
-                format!(" {}: {}.", of.quantity, of.found)
+            said += &late.map_or(String::new(), |check| {
+                format!(" {}: {}.", check.quantity, check.found)
             });
         }
-        for of in self.checks.iter().filter(|of| of.id.contains(PROGRAM)) {
-            said += &format!(" Of {} {}.", of.quantity, of.found);
+        for check in self
+            .checks
+            .iter()
+            .filter(|check| check.id.contains(PROGRAM))
+        {
+            said += &format!(" Of {} {}.", check.quantity, check.found);
         }
         first_steps::with_verdict(self.verdict(), &said)
     }
@@ -331,7 +335,7 @@ fn expect_bits(
         return;
     }
     let found = locator.ok_or_else(|| "not asked for".to_owned());
-    match found.and_then(|of| of.locate(a, b)) {
+    match found.and_then(|locator| locator.locate(a, b)) {
         Ok(found) => comparison.first_difference = found,
         Err(reason) => {
             let id = "first-difference";
@@ -357,12 +361,12 @@ fn expect_rounding(
         let lower = name.to_lowercase();
         let id = format!("first-steps-{lower}");
         let judged = locator.ok_or_else(|| "the engines were not to be run again".to_owned());
-        let judged = judged.and_then(|of| of_first_steps(run, of, &beds));
+        let judged = judged.and_then(|locator| of_first_steps(run, locator, &beds));
         let mut measured = None;
         match judged {
             Ok(None) => continue,
             Ok(Some(judgement)) => {
-                if let Some(Ok(covered)) = locator.and_then(|of| of.covered(run)) {
+                if let Some(Ok(covered)) = locator.and_then(|locator| locator.covered(run)) {
                     let id = format!("{PROGRAM}{lower}");
                     comparison.check(&id, &format!("{name}'s program"), Outcome::Pass, &covered);
                 }
@@ -431,11 +435,14 @@ fn of_first_steps(
 fn quantities(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
     let (of_a, of_b) = (a.quantities(), b.quantities());
     let find = |list: &[Quantity], key: &str| {
-        let found = list.iter().find(|of| of.key == key);
-        found.map(|of| of.value)
+        let found = list.iter().find(|quantity| quantity.key == key);
+        found.map(|quantity| quantity.value)
     };
     let mut all: Vec<&Quantity> = of_a.iter().collect();
-    all.extend(of_b.iter().filter(|of| find(&of_a, &of.key).is_none()));
+    all.extend(
+        of_b.iter()
+            .filter(|quantity| find(&of_a, &quantity.key).is_none()),
+    );
     for quantity in all {
         let key = &quantity.key;
         let (in_a, in_b) = (find(&of_a, key), find(&of_b, key));

@@ -77,7 +77,7 @@ impl Document {
         let said = match self.exit_code() {
             exit::ENGINE_FAILED => "Engine failed",
             // Of one run alone nothing is compared.
-            exit::CHECK_FAILED if self.checks.iter().all(|of| of.id.starts_with("run/")) => {
+            exit::CHECK_FAILED if self.checks.iter().all(|check| check.id.starts_with("run/")) => {
                 "Not to be relied on"
             }
             _ => self.verdict.verdict(),
@@ -87,7 +87,7 @@ impl Document {
 
     /// What a job with this result tells a script; of an engine that gave nothing to judge this is not what a difference tells.
     pub fn exit_code(&self) -> u8 {
-        let no_result = self.checks.iter().any(|of| of.engine_failed);
+        let no_result = self.checks.iter().any(|check| check.engine_failed);
         match self.verdict {
             Outcome::Fail if no_result => exit::ENGINE_FAILED,
             verdict => verdict.exit_code(),
@@ -96,8 +96,8 @@ impl Document {
 
     /// Whether its page shows more than words and tables.
     pub fn has_pictures(&self) -> bool {
-        let mut blocks = self.sections.iter().flat_map(|of| &of.blocks);
-        blocks.any(|of| matches!(of, Block::Plot(_) | Block::Drawing(_)))
+        let mut blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        blocks.any(|block| matches!(block, Block::Plot(_) | Block::Drawing(_)))
     }
 }
 
@@ -174,10 +174,10 @@ impl From<&str> for Block {
 /// The text with what a terminal or a browser would obey written out, as `\u{202e}`: control characters but line ends and
 /// tabs, what changes the direction of writing, and what no XML may hold. Names come from files that somebody made.
 pub fn harmless(text: &str) -> Cow<'_, str> {
-    let obeyed = |of: char| {
-        of.is_control() && of != '\n' && of != '\t'
-            || matches!(of, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-            || matches!(of, '\u{fffe}' | '\u{ffff}')
+    let obeyed = |character: char| {
+        character.is_control() && character != '\n' && character != '\t'
+            || matches!(character, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+            || matches!(character, '\u{fffe}' | '\u{ffff}')
     };
     if !text.contains(obeyed) {
         return Cow::Borrowed(text);

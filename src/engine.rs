@@ -457,16 +457,16 @@ impl Part {
     }
 
     /// Some of them, in words.
-    pub fn list(of: &[Part]) -> String {
-        let words: Vec<String> = of.iter().map(|part| part.in_words()).collect();
+    pub fn list(parts: &[Part]) -> String {
+        let words: Vec<String> = parts.iter().map(|part| part.in_words()).collect();
         words.join(", ")
     }
 }
 
 /// As it is written on the command line or in files.
-pub fn value_name(of: &impl ValueEnum) -> String {
-    let value = of.to_possible_value();
-    value.map_or(String::new(), |of| of.get_name().to_owned())
+pub fn value_name(variant: &impl ValueEnum) -> String {
+    let value = variant.to_possible_value();
+    value.map_or(String::new(), |value| value.get_name().to_owned())
 }
 
 /// What this model asks for.

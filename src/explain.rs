@@ -232,8 +232,15 @@ pub const EXPLANATIONS: [Explanation; 28] = [
 
 /// The explanation of a check's id; none if it is of no family.
 pub fn of(id: &str) -> Option<&'static Explanation> {
-    let fitting = EXPLANATIONS.iter().filter(|of| fits(of.pattern, id));
-    fitting.max_by_key(|of| (of.pattern.split('/').count(), of.pattern.len()))
+    let fitting = EXPLANATIONS
+        .iter()
+        .filter(|explanation| fits(explanation.pattern, id));
+    fitting.max_by_key(|explanation| {
+        (
+            explanation.pattern.split('/').count(),
+            explanation.pattern.len(),
+        )
+    })
 }
 
 /// Whether an id, or its beginning, fits a pattern. What follows the pattern may be anything.
@@ -264,7 +271,11 @@ mod tests {
             ("campaign/rows", "*/rows"),
             ("parameters/everything/dt", "parameters/*"),
         ] {
-            assert_eq!(of(id).map(|of| of.pattern), Some(pattern), "{id}");
+            assert_eq!(
+                of(id).map(|explanation| explanation.pattern),
+                Some(pattern),
+                "{id}"
+            );
         }
         assert_eq!(of("bake/a"), None);
         assert_eq!(of(""), None);
@@ -273,14 +284,14 @@ mod tests {
     #[test]
     fn sources_are_there() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-        let is_path = |of: &&str| {
+        let is_path = |path: &&str| {
             ["src/", "crates/", "docs/"]
                 .iter()
-                .any(|at| of.starts_with(at))
+                .any(|at| path.starts_with(at))
         };
-        for of in EXPLANATIONS {
-            for path in of.source.split("; ").filter(is_path) {
-                assert!(root.join(path).exists(), "{}: {path}", of.pattern);
+        for explanation in EXPLANATIONS {
+            for path in explanation.source.split("; ").filter(is_path) {
+                assert!(root.join(path).exists(), "{}: {path}", explanation.pattern);
             }
         }
     }

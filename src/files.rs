@@ -144,7 +144,7 @@ impl Place<'_> {
 
     /// Whether a link is why something inside a folder was not opened.
     fn leads_out(self, error: &io::Error) -> bool {
-        let is_link = |place: Place| place.about().is_ok_and(|of| of.is_symlink());
+        let is_link = |place: Place| place.about().is_ok_and(|metadata| metadata.is_symlink());
         matches!(self, Place::Inside(..))
             && (error.raw_os_error() == Some(Errno::LOOP.raw_os_error())
                 || error.kind() == io::ErrorKind::NotADirectory && is_link(self))
@@ -201,16 +201,16 @@ impl Place<'_> {
     }
 
     pub fn is_file(self) -> bool {
-        self.about().is_ok_and(|of| of.is_file())
+        self.about().is_ok_and(|metadata| metadata.is_file())
     }
 
     pub fn is_folder(self) -> bool {
-        self.about().is_ok_and(|of| of.is_dir())
+        self.about().is_ok_and(|metadata| metadata.is_dir())
     }
 
     /// Bytes of a file; 0 if there is none.
     pub fn length(self) -> u64 {
-        self.about().map_or(0, |of| of.len())
+        self.about().map_or(0, |metadata| metadata.len())
     }
 }
 
@@ -271,7 +271,7 @@ fn numbers_of() -> String {
 fn began(process: &str) -> String {
     let stat = of_system(format!("/proc/{process}/stat")).unwrap_or_default();
     let stat = String::from_utf8_lossy(&stat);
-    let after_name = stat.rsplit_once(')').map_or("", |of| of.1);
+    let after_name = stat.rsplit_once(')').map_or("", |parts| parts.1);
     let began = after_name.split_whitespace().nth(19);
     began.unwrap_or_default().to_owned()
 }
@@ -282,16 +282,16 @@ pub fn remove_litter(folder: &Path) {
     let ours = format!("{ALL_ASIDE}{}-", numbers_of());
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let of = name.to_str().and_then(|name| name.strip_prefix(&ours));
-        let mut parts = of.into_iter().flat_map(|of| of.splitn(3, '-'));
+        let rest = name.to_str().and_then(|name| name.strip_prefix(&ours));
+        let mut parts = rest.into_iter().flat_map(|text| text.splitn(3, '-'));
         let (Some(process), Some(start), Some(_)) = (parts.next(), parts.next(), parts.next())
         else {
             continue;
         };
-        let is_number = |of: &str| of.parse::<u64>().is_ok();
+        let is_number = |text: &str| text.parse::<u64>().is_ok();
         if is_number(process) && is_number(start) && began(process) != start {
             let path = entry.path();
-            let _ = match entry.file_type().is_ok_and(|of| of.is_dir()) {
+            let _ = match entry.file_type().is_ok_and(|kind| kind.is_dir()) {
                 true => fs::remove_dir_all(path),
                 false => fs::remove_file(path),
             };
@@ -321,7 +321,7 @@ impl Stream {
 
     fn of(place: Place, limit: u64, is_packed: bool) -> Result<Self, FileError> {
         let (file, path) = (regular(place)?, place.path());
-        if !is_packed && file.metadata().is_ok_and(|of| of.len() > limit) {
+        if !is_packed && file.metadata().is_ok_and(|metadata| metadata.len() > limit) {
             return Err(FileError::TooLarge { path, limit });
         }
         let from: Box<dyn Read> = match is_packed {
@@ -418,7 +418,7 @@ pub fn listed<'a>(folder: impl Into<Place<'a>>, most: usize) -> Result<Vec<Liste
             path: place.path().join(&name),
             name,
             is_folder: kind.as_ref().is_ok_and(fs::FileType::is_dir),
-            is_file: kind.is_ok_and(|of| of.is_file()),
+            is_file: kind.is_ok_and(|kind| kind.is_file()),
         });
     }
     found.sort_by(|a, b| a.name.cmp(&b.name));
@@ -431,8 +431,8 @@ pub fn size_of_folder(folder: &Path) -> u64 {
         return 0;
     };
     let size = |entry: fs::DirEntry| match entry.metadata() {
-        Ok(of) if of.is_dir() => size_of_folder(&entry.path()),
-        Ok(of) => of.len(),
+        Ok(metadata) if metadata.is_dir() => size_of_folder(&entry.path()),
+        Ok(metadata) => metadata.len(),
         Err(_) => 0,
     };
     entries.flatten().map(size).sum()
@@ -634,9 +634,11 @@ pub fn write_new<'a>(place: impl Into<Place<'a>>, bytes: &[u8]) -> Result<(), Fi
 /// Writes a file that people named: whole, or at the end of what a file has; into a pipe or a device of this name instead of in
 /// its place. A symbolic link is followed to those alone.
 pub fn write_named(path: &Path, bytes: &[u8], at_the_end: bool) -> Result<(), FileError> {
-    let is_link = path.symlink_metadata().is_ok_and(|of| of.is_symlink());
+    let is_link = path
+        .symlink_metadata()
+        .is_ok_and(|metadata| metadata.is_symlink());
     match fs::metadata(path) {
-        Ok(of) if !of.is_file() && !of.is_dir() => write_into(path, bytes),
+        Ok(metadata) if !metadata.is_file() && !metadata.is_dir() => write_into(path, bytes),
         _ if is_link => Err(FileError::Link {
             path: path.to_owned(),
         }),
@@ -785,8 +787,13 @@ pub fn refuse_existing(path: &Path) -> Result<(), FileError> {
 
 /// Whether this folder holds an earlier result, which the file `record` tells.
 fn holds(path: &Path, record: &str) -> bool {
-    let is_folder = path.symlink_metadata().is_ok_and(|of| of.is_dir());
-    let is_file = |path: PathBuf| path.symlink_metadata().is_ok_and(|of| of.is_file());
+    let is_folder = path
+        .symlink_metadata()
+        .is_ok_and(|metadata| metadata.is_dir());
+    let is_file = |path: PathBuf| {
+        path.symlink_metadata()
+            .is_ok_and(|metadata| metadata.is_file())
+    };
     is_folder && path.file_name().is_some() && is_file(path.join(record))
 }
 

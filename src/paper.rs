@@ -52,12 +52,12 @@ impl Number {
         let figure = printed(id);
         Number {
             id: id.to_owned(),
-            place: figure.map_or("", |of| of.place).to_owned(),
+            place: figure.map_or("", |figure| figure.place).to_owned(),
             what: what.to_owned(),
-            published: figure.map_or(f64::NAN, |of| of.value),
-            rounding: figure.map_or(0.0, |of| of.rounding),
+            published: figure.map_or(f64::NAN, |figure| figure.value),
+            rounding: figure.map_or(0.0, |figure| figure.rounding),
             recomputed,
-            unit: figure.map_or("1", |of| of.unit).to_owned(),
+            unit: figure.map_or("1", |figure| figure.unit).to_owned(),
             known: None,
             outcome: Outcome::Fail,
             how: how.to_owned(),
@@ -121,7 +121,7 @@ pub fn numbers() -> Vec<Number> {
 
 /// All numbers and the faults of the text.
 pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
-    let count = |of: Outcome| numbers.iter().filter(|n| n.outcome == of).count();
+    let count = |outcome: Outcome| numbers.iter().filter(|n| n.outcome == outcome).count();
     let answer = format!(
         "{} numbers: {} agree, {} are known to differ or to be misprinted, {} are derived, {} differ unexpectedly.",
         numbers.len(),
@@ -136,23 +136,26 @@ pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
         "Printed numbers that need no simulation",
         numbers,
     )
-    .column("place", |of| &of.place)
-    .column("number", |of| &of.what)
-    .column("published, in brackets if not as a number", |of| {
-        match of.outcome {
-            Outcome::Skipped => Cell::Text(format!("({})", rounded(of.published, 6))),
-            _ => of.published.into(),
-        }
-    })
-    .column("recomputed", |of| of.recomputed)
-    .column("unit", |of| &of.unit)
-    .column("outcome", |of| of.outcome)
-    .column("how", |of| &of.how);
-    let remarked = numbers.iter().filter(|of| !of.remark.is_empty());
+    .column("place", |number| &number.place)
+    .column("number", |number| &number.what)
+    .column(
+        "published, in brackets if not as a number",
+        |number| match number.outcome {
+            Outcome::Skipped => Cell::Text(format!("({})", rounded(number.published, 6))),
+            _ => number.published.into(),
+        },
+    )
+    .column("recomputed", |number| number.recomputed)
+    .column("unit", |number| &number.unit)
+    .column("outcome", |number| number.outcome)
+    .column("how", |number| &number.how);
+    let remarked = numbers.iter().filter(|number| !number.remark.is_empty());
     let remarks = Table::of("remarks", "Remarks", remarked)
-        .column("number", |of| format!("{}: {}", of.place, of.what))
-        .column("outcome", |of| of.outcome)
-        .column("remark", |of| &of.remark);
+        .column("number", |number| {
+            format!("{}: {}", number.place, number.what)
+        })
+        .column("outcome", |number| number.outcome)
+        .column("remark", |number| &number.remark);
     let printed = Table::of("text-faults", "Faults of the printed text", faults)
         .column("place", |fault| fault.place)
         .column("prints", |fault| fault.printed)

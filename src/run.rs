@@ -109,17 +109,17 @@ fn followed(
     }
     let mut continuing = recorder.continuing;
     let last = run.outcome.stages.last();
-    let by_rule = last.is_some_and(|of| of.stop == StopReason::Settled);
+    let by_rule = last.is_some_and(|stage| stage.stop == StopReason::Settled);
     continuing
         .iter_mut()
-        .for_each(|of| of.end_of_stage(by_rule));
+        .for_each(|continuing| continuing.end_of_stage(by_rule));
     Ok(Made {
         outcome: run.outcome,
         engine: run.engine,
         log: run.log,
         history: recorder.history,
         trace: recorder.trace,
-        continued: continuing.map_or_else(Vec::new, |of| of.found),
+        continued: continuing.map_or_else(Vec::new, |continuing| continuing.found),
     })
 }
 
@@ -160,7 +160,7 @@ impl Made {
         let is_whole = outcome
             .stages
             .last()
-            .is_none_or(|of| of.stop != StopReason::Interrupted);
+            .is_none_or(|stage| stage.stop != StopReason::Interrupted);
         let measures =
             is_whole.then(|| measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()));
         let record = RunRecord {
@@ -210,7 +210,7 @@ impl Observer for Recorder<'_> {
         let row = measure::history_row(self.scene, snapshot);
         self.continuing
             .iter_mut()
-            .for_each(|of| of.moment(snapshot));
+            .for_each(|continuing| continuing.moment(snapshot));
         self.history.push(row);
         let bodies = &snapshot.bodies;
         for id in (0..bodies.len()).step_by((bodies.len() / MARKED).max(1)) {
@@ -321,7 +321,9 @@ pub fn prepared(
     let bodies = poured.unwrap_or_else(|| initial_bodies(scene));
     let start = Start {
         seen: Seen {
-            energy: softened.as_ref().map_or(0.0, |of| of.energy_seen),
+            energy: softened
+                .as_ref()
+                .map_or(0.0, |softened| softened.energy_seen),
             ..Seen::default()
         },
         ..bodies.into()

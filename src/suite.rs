@@ -133,7 +133,7 @@ pub fn groups() -> Vec<CaseGroup> {
 
 /// Passed if there are checks and all hold.
 pub fn outcome(checks: &[Check]) -> Outcome {
-    let holds = |of: &Check| of.outcome == Outcome::Pass;
+    let holds = |check: &Check| check.outcome == Outcome::Pass;
     Outcome::pass_if(!checks.is_empty() && checks.iter().all(holds))
 }
 
@@ -221,9 +221,9 @@ impl<'a> View<'a> {
     }
 
     /// A number of the contact with the lowest ids.
-    fn contact(self, of: fn(&Contact) -> f64) -> f64 {
+    fn contact(self, number: fn(&Contact) -> f64) -> f64 {
         let contact = self.0.and_then(|snapshot| snapshot.contacts.first());
-        contact.map_or(f64::NAN, of)
+        contact.map_or(f64::NAN, number)
     }
 
     fn pair(self, id: usize, columns: fn(&'a Bodies) -> [&'a Vec<f64>; 2]) -> [f64; 2] {

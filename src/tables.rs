@@ -74,27 +74,32 @@ pub fn read_bodies<'a>(place: impl Into<Place<'a>>, count: u32) -> Result<Bodies
     let rows = Rows::<BodyRow>::open(place, u64::from(count))?;
     let path = &rows.path.clone();
     let mut bodies = Bodies::default();
-    for (row, of) in rows.enumerate() {
-        let of = of?;
+    for (row, line) in rows.enumerate() {
+        let grain = line?;
         let ensure = rules_of(path, row);
-        let is_next = of.id as usize == row;
-        ensure(is_next, "id", &of.id, "the row's number, from 0 on")?;
-        let spin = of.spin.unwrap_or(0.0);
-        let values = [of.x, of.z, of.vx, of.vz, spin];
+        let is_next = grain.id as usize == row;
+        ensure(is_next, "id", &grain.id, "the row's number, from 0 on")?;
+        let spin = grain.spin.unwrap_or(0.0);
+        let values = [grain.x, grain.z, grain.vx, grain.vz, spin];
         for (key, value) in ["x", "z", "vx", "vz", "spin"].into_iter().zip(values) {
             ensure(value.is_finite(), key, &value, "finite")?;
         }
-        let inertia = of.inertia.unwrap_or(1.0);
-        let values = [of.radius, of.mass, inertia];
+        let inertia = grain.inertia.unwrap_or(1.0);
+        let values = [grain.radius, grain.mass, inertia];
         for (key, value) in ["radius", "mass", "inertia"].into_iter().zip(values) {
             let is_size = value.is_finite() && value > 0.0;
             ensure(is_size, key, &value, "finite and above 0")?;
         }
-        bodies.push([of.x, of.z], [of.vx, of.vz], of.radius, of.mass);
-        let both = of.spin.is_some() == of.inertia.is_some();
+        bodies.push(
+            [grain.x, grain.z],
+            [grain.vx, grain.vz],
+            grain.radius,
+            grain.mass,
+        );
+        let both = grain.spin.is_some() == grain.inertia.is_some();
         ensure(both, "spin", &"alone", "given with an inertia")?;
-        bodies.spin.extend(of.spin);
-        bodies.inertia.extend(of.inertia);
+        bodies.spin.extend(grain.spin);
+        bodies.inertia.extend(grain.inertia);
         let in_all = !bodies.rotate() || bodies.spin.len() == bodies.len();
         ensure(in_all, "spin", &"nothing", "given in every row or in none")?;
     }
@@ -123,9 +128,19 @@ pub fn write_contacts<'a>(
     place: impl Into<Place<'a>>,
     contacts: &[Contact],
 ) -> Result<(), FileError> {
-    let rows = contacts.iter().map(|of| {
-        let forces = [of.overlap, of.normal_force, of.tangential_force];
-        (of.id1, of.id2, forces, of.normal, of.point)
+    let rows = contacts.iter().map(|contact| {
+        let forces = [
+            contact.overlap,
+            contact.normal_force,
+            contact.tangential_force,
+        ];
+        (
+            contact.id1,
+            contact.id2,
+            forces,
+            contact.normal,
+            contact.point,
+        )
     });
     write_rows(place, &CONTACT_COLUMNS, rows)
 }
@@ -148,32 +163,40 @@ pub fn read_contacts<'a>(
     let path = &rows.path.clone();
     let mut before = None;
     let mut contacts = Vec::new();
-    for (row, of) in rows.enumerate() {
-        let of = of?;
+    for (row, line) in rows.enumerate() {
+        let contact = line?;
         let ensure = rules_of(path, row);
-        for (key, id) in [("id1", of.id1), ("id2", of.id2)] {
+        for (key, id) in [("id1", contact.id1), ("id2", contact.id2)] {
             let wanted = "the id of a grain, a wall or the punch";
             ensure(id < bodies, key, &id, wanted)?;
         }
-        let values = [of.overlap, of.r#fn, of.ft, of.nx, of.nz, of.x, of.z];
+        let values = [
+            contact.overlap,
+            contact.r#fn,
+            contact.ft,
+            contact.nx,
+            contact.nz,
+            contact.x,
+            contact.z,
+        ];
         for (key, value) in CONTACT_COLUMNS[2..].iter().zip(values) {
             ensure(value.is_finite(), key, &value, "finite")?;
         }
-        let is_later = before < Some((of.id1, of.id2));
-        let pair = format_args!("{}-{}", of.id1, of.id2);
+        let is_later = before < Some((contact.id1, contact.id2));
+        let pair = format_args!("{}-{}", contact.id1, contact.id2);
         ensure(is_later, "pair", &pair, "after the pair of the row before")?;
-        before = Some((of.id1, of.id2));
-        let is_unit = (of.nx.hypot(of.nz) - 1.0).abs() <= NORMAL_TOLERANCE;
-        let normal = format_args!("({}, {})", of.nx, of.nz);
+        before = Some((contact.id1, contact.id2));
+        let is_unit = (contact.nx.hypot(contact.nz) - 1.0).abs() <= NORMAL_TOLERANCE;
+        let normal = format_args!("({}, {})", contact.nx, contact.nz);
         ensure(is_unit, "normal", &normal, "of length 1")?;
         contacts.push(Contact {
-            id1: of.id1,
-            id2: of.id2,
-            overlap: of.overlap,
-            normal_force: of.r#fn,
-            tangential_force: tangential(of.ft),
-            normal: [of.nx, of.nz],
-            point: [of.x, of.z],
+            id1: contact.id1,
+            id2: contact.id2,
+            overlap: contact.overlap,
+            normal_force: contact.r#fn,
+            tangential_force: tangential(contact.ft),
+            normal: [contact.nx, contact.nz],
+            point: [contact.x, contact.z],
         });
     }
     Ok(contacts)
@@ -195,7 +218,14 @@ pub fn write_memory<'a>(
     memory: &[Remembered],
 ) -> Result<(), FileError> {
     let rows = memory.iter();
-    let rows = rows.map(|of| (of.id1, of.id2, of.normal, of.shear));
+    let rows = rows.map(|remembered| {
+        (
+            remembered.id1,
+            remembered.id2,
+            remembered.normal,
+            remembered.shear,
+        )
+    });
     write_rows(place, &["id1", "id2", "nx", "nz", "sx", "sz"], rows)
 }
 
@@ -208,21 +238,22 @@ pub fn read_memory<'a>(
     let path = &rows.path.clone();
     let strange = || unlike(path, "it does not belong to the table of contacts");
     let mut memory = Vec::with_capacity(contacts.len());
-    for of in rows {
-        let of = of?;
-        let of = Remembered {
-            id1: of.id1,
-            id2: of.id2,
-            normal: [of.nx, of.nz],
-            shear: [of.sx, of.sz],
+    for line in rows {
+        let row = line?;
+        let remembered = Remembered {
+            id1: row.id1,
+            id2: row.id2,
+            normal: [row.nx, row.nz],
+            shear: [row.sx, row.sz],
         };
         let contact = contacts.get(memory.len()).ok_or_else(strange)?;
-        let fits = (of.id1, of.id2, of.normal) == (contact.id1, contact.id2, contact.normal)
-            && of.shear.iter().all(|force| force.is_finite());
+        let fits = (remembered.id1, remembered.id2, remembered.normal)
+            == (contact.id1, contact.id2, contact.normal)
+            && remembered.shear.iter().all(|force| force.is_finite());
         if !fits {
             return Err(strange());
         }
-        memory.push(of);
+        memory.push(remembered);
     }
     match memory.len() == contacts.len() {
         true => Ok(memory),

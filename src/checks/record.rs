@@ -108,7 +108,7 @@ pub fn parse(path: &str, text: &str) -> Result<Record, FileError> {
     }
     let record: Record = serde_json::from_str(text).map_err(broken)?;
     let mut seen = HashSet::new();
-    if let Some(Check { id, .. }) = record.checks.iter().find(|of| !seen.insert(&of.id)) {
+    if let Some(Check { id, .. }) = record.checks.iter().find(|check| !seen.insert(&check.id)) {
         let why = "a failure of one would be hidden by the other";
         return unfit(format!("has two checks with the id {id}; {why}"));
     }

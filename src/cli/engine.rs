@@ -106,7 +106,7 @@ struct Checked<'a> {
 /// Grains of a bed that stays a bed.
 fn dispersion(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(of) if (0.0..=0.3).contains(&of) => Ok(of),
+        Ok(value) if (0.0..=0.3).contains(&value) => Ok(value),
         Ok(_) => Err("it is 0 to 0.3".to_owned()),
         Err(_) => Err("it is a number".to_owned()),
     }
@@ -159,7 +159,7 @@ impl Arguments {
         let mut made = format!("crossgrain {VERSION}: `{command}`.");
         let (bed, asked_for) = (found.first_steps.as_ref(), self.grains);
         if let Some(bed) = bed
-            .map(|of| of.grains)
+            .map(|steps| steps.grains)
             .filter(|bed| *bed < asked_for as usize && self.scene.is_none())
         {
             made +=
@@ -177,10 +177,12 @@ impl Arguments {
         let (text, _) = record::write("engine check", &own, Machine::this().kind(), checks)?;
         let mut document = found.document();
         document.title += &format!(" ({asked})");
-        let causes = found.first_steps.iter().flat_map(|of| &of.causes);
+        let causes = found.first_steps.iter().flat_map(|steps| &steps.causes);
         let places = Section::new("Where", "").with_all(causes.filter_map(grains_left));
         let made = Section::new("How this was made", made);
-        let more = [places].into_iter().filter(|of| !of.blocks.is_empty());
+        let more = [places]
+            .into_iter()
+            .filter(|section| !section.blocks.is_empty());
         document.sections.extend(more.chain([made]));
         self.output.views.tell("engine check", &text, &document)?;
         self.results.write(&document, &[(CHECK, &text)])?;
@@ -225,10 +227,14 @@ impl TableArguments {
     fn command(&self) -> String {
         let options = [
             Some(format!("--grains {}", self.grains)),
-            self.dispersion.map(|of| format!("--dispersion {of}")),
+            self.dispersion
+                .map(|dispersion| format!("--dispersion {dispersion}")),
             flag(self.installed, "--installed"),
         ];
-        let engines = self.engines.iter().map(|of| format!(" {}", of.key()));
+        let engines = self
+            .engines
+            .iter()
+            .map(|engine| format!(" {}", engine.key()));
         with_options("crossgrain engine table", options) + &engines.collect::<String>()
     }
 }
@@ -259,8 +265,8 @@ pub fn several(text: &str) -> Result<Several, String> {
 }
 
 /// As a command has them, a path left out: it belongs to a machine.
-pub fn name(of: &Several) -> &'static str {
-    match &of[..] {
+pub fn name(engines: &Several) -> &'static str {
+    match &engines[..] {
         [one] => one.key(),
         _ => "both",
     }
@@ -283,6 +289,6 @@ fn judged(text: &str) -> Result<Named, String> {
     let known = format!("an engine is {} or exec:PATH", keys.join(", "));
     let named = Named::parse(text);
     named
-        .filter(|of| matches!(of, Named::Exec(_)) || all.contains(of))
+        .filter(|named| matches!(named, Named::Exec(_)) || all.contains(named))
         .ok_or(known)
 }

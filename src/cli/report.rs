@@ -138,8 +138,10 @@ impl Files {
     pub fn check(&self) -> Result<(), Error> {
         let paths = [&self.junit, &self.csv, &self.summary];
         for path in paths.into_iter().flatten() {
-            let folder = path.parent().filter(|of| !of.as_os_str().is_empty());
-            if let Some(folder) = folder.filter(|of| !Place::from(of).is_folder()) {
+            let folder = path
+                .parent()
+                .filter(|parent| !parent.as_os_str().is_empty());
+            if let Some(folder) = folder.filter(|parent| !Place::from(parent).is_folder()) {
                 return Err(Error::Usage(format!(
                     "{} cannot be written: there is no folder {}; make it, or name another file",
                     path.display(),
@@ -224,13 +226,16 @@ const MOST_SHOWN: usize = 10;
 impl Explain {
     fn execute(self) -> Result<u8, Error> {
         let Some(id) = &self.check else {
-            let kinds = EXPLANATIONS.map(|of| format!("{}\n    {}\n", of.pattern, of.meaning));
+            let kinds = EXPLANATIONS.map(|explanation| {
+                format!("{}\n    {}\n", explanation.pattern, explanation.meaning)
+            });
             print(&kinds.concat())?;
             return Ok(exit::AGREED);
         };
         let Some(found) = of(id) else {
-            let kinds = EXPLANATIONS.map(|of| of.pattern.split('/').next().expect("a first part"));
-            let mut kinds: Vec<&str> = kinds.into_iter().filter(|of| *of != "*").collect();
+            let kinds = EXPLANATIONS
+                .map(|explanation| explanation.pattern.split('/').next().expect("a first part"));
+            let mut kinds: Vec<&str> = kinds.into_iter().filter(|kind| *kind != "*").collect();
             kinds.dedup();
             return Err(Error::Usage(format!(
                 "there is no check {id}; a check's id begins with {}; crossgrain report checks RECORD --all names those of a job",
@@ -527,7 +532,10 @@ impl History {
                 records.len()
             )));
         };
-        if let Some(other) = records.iter().find(|of| of.record.job != last.record.job) {
+        if let Some(other) = records
+            .iter()
+            .find(|entry| entry.record.job != last.record.job)
+        {
             return Err(Error::Usage(format!(
                 "{} is of {}, {} of {}; keep the records of each job in a store of their own",
                 other.name, other.record.job, last.name, last.record.job

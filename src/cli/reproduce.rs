@@ -129,15 +129,16 @@ impl Arguments {
             first.checks.extend(of_baseline());
         }
         let against = |name: &str| diff.as_ref().filter(|_| name == FIRST);
-        let page = |(name, of): &(&str, Document)| page_against(name, of, against(name));
+        let page =
+            |(name, document): &(&str, Document)| page_against(name, document, against(name));
         let pages: Vec<Page> = documents.iter().map(page).collect();
-        let judged = |of: Document| Document {
-            verdict: checks::verdict(&of.checks),
+        let judged = |document: Document| Document {
+            verdict: checks::verdict(&document.checks),
             answer: match &diff {
-                Some(diff) => format!("{}. {}", diff.answer(), of.answer),
-                None => of.answer,
+                Some(diff) => format!("{}. {}", diff.answer(), document.answer),
+                None => document.answer,
             },
-            ..of
+            ..document
         };
         if let Some((_, first)) = documents.into_iter().next() {
             self.files.write(&record.job, &judged(first))?;
@@ -149,7 +150,7 @@ impl Arguments {
         let verdict = summary.verdict;
         summary
             .sections
-            .extend(diff.iter().map(|of| of.section(false)));
+            .extend(diff.iter().map(|diff| diff.section(false)));
         let words = terminal(&summary) + &page_line(out);
         print(&(words + &what_next(&reproduction, &record, out)))?;
         Ok(verdict.exit_code())

@@ -340,7 +340,7 @@ impl Arguments {
 fn kept_probe(scene: &Scene, share: f64) -> Option<PathBuf> {
     let home = || Some(PathBuf::from(env::var_os("HOME")?).join(".cache"));
     let cache = env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
-    let cache = cache.filter(|of| of.is_absolute()).or_else(home)?;
+    let cache = cache.filter(|folder| folder.is_absolute()).or_else(home)?;
     let program = size_and_age(&env::current_exe().ok()?)?;
     let key = format!("{} {share:?} {program:?}", scene.digest());
     let name = format!("time-step-{}.json", sha256_hex(key.as_bytes()));

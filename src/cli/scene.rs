@@ -132,10 +132,10 @@ impl Parameters {
 
     fn show(&self, parameters: &[Parameter]) -> Result<u8, Error> {
         let table = Table::of("parameters", ASKED, parameters)
-            .column("of", |of| &of.of)
-            .column("symbol", |of| of.symbol)
-            .column("value", |of| digits(of.value))
-            .column("unit", |of| of.unit);
+            .column("of", |parameter| &parameter.of)
+            .column("symbol", |parameter| parameter.symbol)
+            .column("value", |parameter| digits(parameter.value))
+            .column("unit", |parameter| parameter.unit);
         tell(self.json, &json(&parameters)?, || Table::from(table).text())?;
         Ok(exit::AGREED)
     }

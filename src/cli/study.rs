@@ -338,24 +338,25 @@ impl Claims {
     fn execute(self) -> Result<u8, Error> {
         self.results.check(CLAIMS)?;
         let mut command = format!("crossgrain study claims {}", self.folder.display());
-        if let Some(of) = &self.beside {
-            command += &format!(" --beside {}", of.display());
+        if let Some(folder) = &self.beside {
+            command += &format!(" --beside {}", folder.display());
         }
         let read = |folder: &PathBuf| {
-            let of = merged(folder)?;
+            let merged = merged(folder)?;
             let origin = Origin {
                 command: command.clone(),
-                engine: of.summary.engine.clone(),
-                plan: of.summary.plan.clone(),
-                members_digest: of.summary.sha256.clone(),
+                engine: merged.summary.engine.clone(),
+                plan: merged.summary.plan.clone(),
+                members_digest: merged.summary.sha256.clone(),
             };
-            Ok::<_, StudyError>((of, origin))
+            Ok::<_, StudyError>((merged, origin))
         };
         let here = read(&self.folder)?;
         let other = self.beside.as_ref().map(read).transpose()?;
         say("Holding the members against the claims and the laws; a thousand take about a minute.");
-        let judged =
-            |(of, origin): (Merged, Origin)| claims::of(&of.plan.study.scene, &of.rows, origin);
+        let judged = |(merged, origin): (Merged, Origin)| {
+            claims::of(&merged.plan.study.scene, &merged.rows, origin)
+        };
         let found = unless_asked_to_end(move || (judged(here), other.map(judged)));
         let (mut found, other) = found.ok_or(Error::Interrupted)?;
         found.beside = other.map(Into::into);

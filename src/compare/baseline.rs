@@ -158,7 +158,7 @@ impl Store {
     /// The names of all baselines, in order; none where there is no such folder.
     pub fn names(&self) -> Result<Vec<String>, BaselineError> {
         let found = listed(&self.0, MOST_FILES)?.into_iter();
-        let name = |of: Listed| Some(of.name.to_str()?.strip_suffix(".json")?.to_owned());
+        let name = |entry: Listed| Some(entry.name.to_str()?.strip_suffix(".json")?.to_owned());
         let mut names: Vec<String> = found.filter_map(name).collect();
         names.sort();
         Ok(names)
@@ -194,14 +194,14 @@ fn bits(diff: &Diff) -> Check {
 
 /// How many changes are of these kinds; with any it comes to `otherwise`.
 fn counted(diff: &Diff, id: &str, what: &str, kinds: &[Change], otherwise: Outcome) -> Check {
-    let of = diff.changes.iter();
-    let of = of.filter(|of| kinds.contains(&of.change));
-    let of: Vec<&str> = of.map(|of| of.id.as_str()).collect();
-    let mut found = of[..of.len().min(MOST_NAMES)].join(", ");
-    if of.len() > MOST_NAMES {
-        found += &format!(" and {} more", of.len() - MOST_NAMES);
+    let changes = diff.changes.iter();
+    let changes = changes.filter(|change| kinds.contains(&change.change));
+    let ids: Vec<&str> = changes.map(|change| change.id.as_str()).collect();
+    let mut found = ids[..ids.len().min(MOST_NAMES)].join(", ");
+    if ids.len() > MOST_NAMES {
+        found += &format!(" and {} more", ids.len() - MOST_NAMES);
     }
-    let outcome = if of.is_empty() {
+    let outcome = if ids.is_empty() {
         Outcome::Pass
     } else {
         otherwise
@@ -209,7 +209,7 @@ fn counted(diff: &Diff, id: &str, what: &str, kinds: &[Change], otherwise: Outco
     let quantity = format!("{what} in baseline {}", diff.baseline);
     let method = "every check is held against the one of the same id";
     Check::of_words(format!("baseline/{id}"), &quantity, outcome, &found)
-        .with_limits(of.len() as f64, 0.0, Some(0.0))
+        .with_limits(ids.len() as f64, 0.0, Some(0.0))
         .judged_by(method, "docs/checks.md")
 }
 
@@ -262,15 +262,19 @@ impl Diff {
     /// Failures that are new or worse as numbers, as pages name them under `What failed`, and every speed that is slower; a line each.
     pub fn worse(&self) -> Vec<String> {
         let failures = WORSE.into_iter().filter_map(|change| {
-            let of = self.changes.iter().filter(|of| of.change == change).count();
-            (of > 0).then(|| format!("{}s: {of}", change.words()))
+            let count = self
+                .changes
+                .iter()
+                .filter(|found| found.change == change)
+                .count();
+            (count > 0).then(|| format!("{}s: {count}", change.words()))
         });
         failures.chain(self.slower()).collect()
     }
 
     fn slower(&self) -> impl Iterator<Item = String> {
-        let slower = self.speeds.iter().filter(|of| of.pace == Pace::Slower);
-        slower.map(|of| format!("slower: {}", of.in_a_line()))
+        let slower = self.speeds.iter().filter(|pair| pair.pace == Pace::Slower);
+        slower.map(|pair| format!("slower: {}", pair.in_a_line()))
     }
 
     /// What is worse and the counts, in a sentence.
@@ -280,7 +284,7 @@ impl Diff {
             Outcome::Fail => "WORSE than",
             Outcome::Skipped | Outcome::ExpectedFailure => "Some of it cannot be told against",
         };
-        let slower: String = self.slower().map(|of| format!("; {of}")).collect();
+        let slower: String = self.slower().map(|line| format!("; {line}")).collect();
         format!("{word} {}: {}{slower}", self.baseline, self.in_a_line())
     }
 
@@ -289,18 +293,21 @@ impl Diff {
         let most = if all { usize::MAX } else { MOST_MOVED };
         let mut shown: Vec<&Changed> = self.changes.iter().collect();
         // They stand last, what moved most first.
-        let others = shown.iter().filter(|of| of.change != Change::Moved).count();
+        let others = shown
+            .iter()
+            .filter(|row| row.change != Change::Moved)
+            .count();
         shown.truncate(others.saturating_add(most));
         let side = |check: &Option<Check>| check.as_ref().map(Check::in_a_line);
         let changes = Table::of("changes", "", shown)
-            .column("change", |of| match of.change {
+            .column("change", |row| match row.change {
                 change if WORSE.contains(&change) => change.words().to_uppercase(),
                 change => change.words().to_owned(),
             })
-            .column("check", |of| Cell::Code(of.id.clone()))
-            .column("before", |of| side(&of.before))
-            .column("now", |of| side(&of.after))
-            .column("moved by so many tolerances", |of| of.share_of_tolerance);
+            .column("check", |row| Cell::Code(row.id.clone()))
+            .column("before", |row| side(&row.before))
+            .column("now", |row| side(&row.after))
+            .column("moved by so many tolerances", |row| row.share_of_tolerance);
         let moved = self.moved.len();
         let mut title = format!("{moved} of {} measured numbers moved", moved + self.unmoved);
         if moved > most {
@@ -309,18 +316,20 @@ impl Diff {
             );
         }
         let numbers = Table::of("moved", &title, self.moved.iter().take(most))
-            .column("measured", |of| Cell::Code(of.id.clone()))
-            .column("before", |of| of.before)
-            .column("now", |of| of.after)
-            .column("relative difference", |of| of.relative)
-            .column("unit", |of| &of.unit);
+            .column("measured", |number| Cell::Code(number.id.clone()))
+            .column("before", |number| number.before)
+            .column("now", |number| number.after)
+            .column("relative difference", |number| number.relative)
+            .column("unit", |number| &number.unit);
         let speeds = Table::of("speeds", "", &self.speeds)
-            .column("speed", |of| of.pace.words())
-            .column("what", |of| &of.what)
-            .column("before", |of| of.before)
-            .column("now", |of| of.after)
-            .column("times the cost", |of| of.cost.map(|cost| rounded(cost, 4)))
-            .column("unit", |of| &of.unit);
+            .column("speed", |pair| pair.pace.words())
+            .column("what", |pair| &pair.what)
+            .column("before", |pair| pair.before)
+            .column("now", |pair| pair.after)
+            .column("times the cost", |pair| {
+                pair.cost.map(|cost| rounded(cost, 4))
+            })
+            .column("unit", |pair| &pair.unit);
         let title = format!("What changed since {}", self.baseline);
         let tables = [Table::from(changes), numbers.into(), speeds.into()];
         let tables = tables.into_iter().filter(|table| !table.rows.is_empty());

@@ -120,7 +120,12 @@ fn sizes(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
 type Column<'a> = (&'static str, &'a [f64]);
 
 fn columns(table: &str, a: &[Column<'_>], b: &[Column<'_>]) -> TableBits {
-    let length = |of: &[Column<'_>]| of.iter().map(|(_, column)| column.len()).sum::<usize>();
+    let length = |columns: &[Column<'_>]| {
+        columns
+            .iter()
+            .map(|(_, column)| column.len())
+            .sum::<usize>()
+    };
     let mut result = TableBits {
         table: table.to_owned(),
         numbers: length(a).max(length(b)),
@@ -154,7 +159,7 @@ fn of_contact(contact: &Contact) -> [(&'static str, f64); 7] {
 /// Every number of every contact; all of them, if the pairs are not the same.
 pub fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
     let numbers = 7 * a.len().max(b.len());
-    let ids = |of: &Contact| (of.id1, of.id2);
+    let ids = |contact: &Contact| (contact.id1, contact.id2);
     let same_pairs = a.iter().map(ids).eq(b.iter().map(ids));
     let mut result = TableBits {
         table: table.to_owned(),
@@ -267,7 +272,7 @@ fn walk(place: &str, a: &Value, b: &Value, keys: &mut Vec<String>) {
     let names: BTreeSet<&String> = of_a.keys().chain(of_b.keys()).collect();
     for name in names {
         if !(place.is_empty() && matches!(name.as_str(), "name" | "choices")) {
-            let [a, b] = [of_a, of_b].map(|of| of.get(name).unwrap_or(&Value::Null));
+            let [a, b] = [of_a, of_b].map(|object| object.get(name).unwrap_or(&Value::Null));
             walk(&format!("{place}/{name}"), a, b, keys);
         }
     }
@@ -280,7 +285,7 @@ mod tests {
 
     #[test]
     fn each_number_that_differs_counts_and_the_lowest_grain_is_first() {
-        let of = |id1| Contact {
+        let contact = |id1| Contact {
             id1,
             id2: 9,
             overlap: 0.0,
@@ -290,7 +295,7 @@ mod tests {
             point: [0.0; 2],
         };
         let differing = |a: &[u32], b: &[u32]| {
-            let [a, b] = [a, b].map(|ids| ids.iter().map(|id| of(*id)).collect::<Vec<_>>());
+            let [a, b] = [a, b].map(|ids| ids.iter().map(|id| contact(*id)).collect::<Vec<_>>());
             contacts("contacts", &a, &b).differing
         };
         assert_eq!(differing(&[1, 2], &[1, 2]), 0);
@@ -299,7 +304,7 @@ mod tests {
         let force = |normal_force, tangential_force| Contact {
             normal_force,
             tangential_force,
-            ..of(1)
+            ..contact(1)
         };
         let numbers = |a, b| contacts("contacts", &[a], &[b]).differing;
         assert_eq!(numbers(force(0.0, 0.0), force(0.0, -0.0)), 0);

@@ -18,10 +18,10 @@ use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
 const SMALL: u32 = 200;
 
 /// The moments of an excerpt; a refusal is an answer.
-fn run_excerpt(engine: &dyn Engine, of: &Excerpt) -> Result<Answer, EngineError> {
+fn run_excerpt(engine: &dyn Engine, excerpt: &Excerpt) -> Result<Answer, EngineError> {
     let work = work_folder().map_err(ProgramError::File)?;
     let mut seen: Vec<Snapshot> = Vec::new();
-    match engine.run(&of.scene, &of.task, work.path(), &mut seen) {
+    match engine.run(&excerpt.scene, &excerpt.task, work.path(), &mut seen) {
         Ok(_) => Ok(Ok(seen)),
         Err(EngineError::Program(ProgramError::Refused(why))) => Ok(Err(why)),
         Err(error) => Err(error),
@@ -77,7 +77,7 @@ pub fn first_steps(
     };
     let [usual, small] = &beds.made;
     let found = from(usual, beds.grains)?;
-    let refused = found.starts.iter().all(|of| of.skipped.is_some());
+    let refused = found.starts.iter().all(|start| start.skipped.is_some());
     if !refused || beds.grains <= SMALL {
         return Ok(found);
     }
@@ -100,19 +100,19 @@ pub fn from_bed(
         &mut run,
         progress,
     )?;
-    let nobody_to_ask = found.starts.iter().all(|of| of.skipped.is_some());
-    for of in &reference.excerpts {
-        progress(&of.start);
-        match engine.lacks(&of.scene, &of.task) {
+    let nobody_to_ask = found.starts.iter().all(|start| start.skipped.is_some());
+    for excerpt in &reference.excerpts {
+        progress(&excerpt.start);
+        match engine.lacks(&excerpt.scene, &excerpt.task) {
             _ if nobody_to_ask => {}
-            Some(lacking) => found.not_asked.push(of.not_asked(lacking)),
+            Some(lacking) => found.not_asked.push(excerpt.not_asked(lacking)),
             None => {
-                let judged = match run_excerpt(engine, of) {
+                let judged = match run_excerpt(engine, excerpt) {
                     // What is wrong with it is known, and may well end its run.
                     Err(error) if found.verdict() == Verdict::Different => {
-                        of.failed(error.to_string())
+                        excerpt.failed(error.to_string())
                     }
-                    answer => of.judge(answer?, found.resolution)?,
+                    answer => excerpt.judge(answer?, found.resolution)?,
                 };
                 found.starts.push(judged);
             }
@@ -122,17 +122,24 @@ pub fn from_bed(
 }
 
 /// One for each state, or a missing one where the engine lacks something for all of them; their ids begin with this one.
-pub fn checks(of: &Judgement, id: &str) -> Vec<Check> {
-    if of.starts.is_empty() {
-        let lacking = of.not_asked.first().map_or("", |of| of.lacking.as_str());
+pub fn checks(judgement: &Judgement, id: &str) -> Vec<Check> {
+    if judgement.starts.is_empty() {
+        let lacking = judgement
+            .not_asked
+            .first()
+            .map_or("", |excerpt| excerpt.lacking.as_str());
         let found = format!("the engine has no {lacking}");
         let what = "first steps from a bed";
         return vec![Check::of_words(id, what, Outcome::Skipped, &found).required()];
     }
-    let mut checks: Vec<Check> = of.starts.iter().map(|start| check(start, id)).collect();
-    let (outcome, found) = match of.open() {
+    let mut checks: Vec<Check> = judgement
+        .starts
+        .iter()
+        .map(|start| check(start, id))
+        .collect();
+    let (outcome, found) = match judgement.open() {
         Some(why) => (Outcome::Skipped, why),
-        None => (Outcome::Pass, touched(of)),
+        None => (Outcome::Pass, touched(judgement)),
     };
     let id = format!("{id}/evidence");
     checks.push(
@@ -148,35 +155,42 @@ pub fn checks(of: &Judgement, id: &str) -> Vec<Check> {
 }
 
 /// What the states exercise, and what not.
-fn touched(of: &Judgement) -> String {
-    let counts: Vec<String> = of
+fn touched(judgement: &Judgement) -> String {
+    let counts: Vec<String> = judgement
         .counts
         .iter()
-        .map(|of| format!("{} {}", of.found, of.what))
+        .map(|count| format!("{} {}", count.found, count.what))
         .collect();
-    let states = of.starts.iter().filter(|of| of.farthest.is_some()).count();
-    let grains = of.grains;
-    let unseen = match of.unseen.is_empty() {
+    let states = judgement
+        .starts
+        .iter()
+        .filter(|state| state.farthest.is_some())
+        .count();
+    let grains = judgement.grains;
+    let unseen = match judgement.unseen.is_empty() {
         true => String::new(),
-        false => format!("; of {} they say nothing", of.unseen.join(", ")),
+        false => format!("; of {} they say nothing", judgement.unseen.join(", ")),
     };
     format!(
         "{states} states of {grains} grains with radii up to {:.2} times the smallest, at most {} at once{unseen}",
-        of.radii,
+        judgement.radii,
         counts.join(", ")
     )
 }
 
-fn check(of: &OfStart, id: &str) -> Check {
-    let (outcome, found) = match (&of.skipped, of.verdict) {
+fn check(state: &OfStart, id: &str) -> Check {
+    let (outcome, found) = match (&state.skipped, state.verdict) {
         (Some(why), Verdict::Different) => (Outcome::Fail, why.clone()),
         (Some(why), _) => (Outcome::Skipped, format!("the engine refused: {why}")),
-        (None, Verdict::Different) => (Outcome::Fail, of.in_words()),
-        (None, _) => (Outcome::Pass, of.in_words()),
+        (None, Verdict::Different) => (Outcome::Fail, state.in_words()),
+        (None, _) => (Outcome::Pass, state.in_words()),
     };
-    let id = format!("{id}/{}", of.key);
-    let quantity = format!("{}, {}", of.law, of.start);
-    let ratio = of.farthest.as_ref().map_or(f64::NAN, |of| of.ratio);
+    let id = format!("{id}/{}", state.key);
+    let quantity = format!("{}, {}", state.law, state.start);
+    let ratio = state
+        .farthest
+        .as_ref()
+        .map_or(f64::NAN, |farthest| farthest.ratio);
     let check = Check::of_words(id, &quantity, outcome, &found);
     // No distance is below zero.
     let check = Check {
@@ -207,65 +221,68 @@ pub fn sentence(words: &str) -> String {
 }
 
 /// A cause: what the engine is, or what it does.
-fn in_a_sentence(of: &Cause) -> String {
-    match of.explained && !of.constants.is_empty() {
-        true => format!("It is {}", of.sentence()),
-        false => sentence(&of.sentence()),
+fn in_a_sentence(cause: &Cause) -> String {
+    match cause.explained && !cause.constants.is_empty() {
+        true => format!("It is {}", cause.sentence()),
+        false => sentence(&cause.sentence()),
     }
 }
 
 /// What it comes to, in a few sentences, and what no such state would show.
-pub fn answer(of: &Judgement) -> String {
-    let later = match of.verdict() {
+pub fn answer(judgement: &Judgement) -> String {
+    let later = match judgement.verdict() {
         Verdict::Identical | Verdict::EqualToRounding => format!(
             " What begins after step {STEPS_OF_EXCERPT} of a job, or in larger beds, would not have been seen."
         ),
         _ => String::new(),
     };
-    from_states(of) + &later
+    from_states(judgement) + &later
 }
 
 /// The same of the states alone.
-pub fn from_states(of: &Judgement) -> String {
-    let precision = of.resolution.name();
-    let seen = seen(&of.limits);
-    let unseen = match of.unseen.is_empty() {
+pub fn from_states(judgement: &Judgement) -> String {
+    let precision = judgement.resolution.name();
+    let seen = seen(&judgement.limits);
+    let unseen = match judgement.unseen.is_empty() {
         true => String::new(),
         false => format!(
             " (nothing is said of {}, which change nothing in these states)",
-            of.unseen.join(", ")
+            judgement.unseen.join(", ")
         ),
     };
-    let judged = format!("Judged from {}.", touched(of));
-    let mut said = match of.verdict() {
+    let judged = format!("Judged from {}.", touched(judgement));
+    let mut said = match judgement.verdict() {
         Verdict::Different => {
-            let mut said: Vec<String> = of.causes.iter().map(in_a_sentence).collect();
-            let tables = of
+            let mut said: Vec<String> = judgement.causes.iter().map(in_a_sentence).collect();
+            let tables = judgement
                 .starts
                 .iter()
-                .find_map(|of| Some((&of.start, of.tables.as_ref()?)));
-            said.extend(
-                tables
-                    .map(|(start, of)| format!("Its contact tables are wrong: in {start}, {of}.")),
-            );
-            let mut starts = of
+                .find_map(|state| Some((&state.start, state.tables.as_ref()?)));
+            said.extend(tables.map(|(start, fault)| {
+                format!("Its contact tables are wrong: in {start}, {fault}.")
+            }));
+            let mut starts = judgement
                 .starts
                 .iter()
-                .filter(|of| of.verdict == Verdict::Different);
-            if let (true, Some(of)) = (said.is_empty(), starts.next()) {
-                let why = of.skipped.clone().unwrap_or_else(|| of.in_words());
-                said.push(format!("{}, {}: {why}.", of.law, of.start));
+                .filter(|state| state.verdict == Verdict::Different);
+            if let (true, Some(state)) = (said.is_empty(), starts.next()) {
+                let why = state.skipped.clone().unwrap_or_else(|| state.in_words());
+                said.push(format!("{}, {}: {why}.", state.law, state.start));
             }
             said.join(" ")
         }
-        Verdict::Undecided if of.starts.is_empty() => "no state was looked at.".to_owned(),
-        Verdict::Undecided => match of.open() {
+        Verdict::Undecided if judgement.starts.is_empty() => "no state was looked at.".to_owned(),
+        Verdict::Undecided => match judgement.open() {
             Some(why) => format!("{why}. {judged}"),
             None => {
-                let open = of.starts.iter().filter(|of| of.skipped.is_some()).count();
+                let open = judgement
+                    .starts
+                    .iter()
+                    .filter(|state| state.skipped.is_some())
+                    .count();
                 format!(
                     "{open} of {} states were not looked at, for it refused them.",
-                    of.starts.len()
+                    judgement.starts.len()
                 )
             }
         },
@@ -275,21 +292,27 @@ pub fn from_states(of: &Judgement) -> String {
             )
         }
         _ => {
-            let ratio = of.farthest().and_then(|of| of.farthest.as_ref());
-            let ratio = ratio.map_or(0.0, |of| of.ratio);
+            let ratio = judgement
+                .farthest()
+                .and_then(|state| state.farthest.as_ref());
+            let ratio = ratio.map_or(0.0, |farthest| farthest.ratio);
             format!(
                 "in {precision} its first hundred steps are at most {ratio:.2} times as far off as replicas{unseen}. {judged} {seen}"
             )
         }
     };
-    if !of.not_asked.is_empty() {
+    if !judgement.not_asked.is_empty() {
         let mut lacking: Vec<&str> = Vec::new();
-        for part in of.not_asked.iter().flat_map(|of| of.lacking.split(", ")) {
+        for part in judgement
+            .not_asked
+            .iter()
+            .flat_map(|excerpt| excerpt.lacking.split(", "))
+        {
             if !lacking.contains(&part) {
                 lacking.push(part);
             }
         }
-        let (count, lacking) = (of.not_asked.len(), lacking.join(", "));
+        let (count, lacking) = (judgement.not_asked.len(), lacking.join(", "));
         said += &format!(" Of {count} other states nothing is said: it has no {lacking}.");
     }
     said
@@ -297,52 +320,52 @@ pub fn from_states(of: &Judgement) -> String {
 
 fn seen(limits: &[Limit]) -> String {
     let ends = limits.first().zip(limits.last());
-    let range = |of: &Limit| format!("{:.0e} ({})", of.smallest, of.constant);
+    let range = |limit: &Limit| format!("{:.0e} ({})", limit.smallest, limit.constant);
     ends.map_or(String::new(), |(first, last)| {
         let (first, last) = (range(first), range(last));
         format!("A constant that is wrong by more than {first} to {last} would have been seen.")
     })
 }
 
-pub fn state_table(of: &Judgement) -> Table {
-    Table::of("first-steps", "", of.starts.iter())
-        .column("law", |of: &OfStart| &of.law)
-        .column("state", |of| &of.start)
-        .column("verdict", |of| of.verdict.in_words())
-        .column("times as far as replicas", |of| {
-            of.farthest.as_ref().map(|of| of.ratio)
+pub fn state_table(judgement: &Judgement) -> Table {
+    Table::of("first-steps", "", judgement.starts.iter())
+        .column("law", |state: &OfStart| &state.law)
+        .column("state", |state| &state.start)
+        .column("verdict", |state| state.verdict.in_words())
+        .column("times as far as replicas", |state| {
+            state.farthest.as_ref().map(|farthest| farthest.ratio)
         })
-        .column("left them after, steps", |of| {
-            of.farthest.as_ref()?.left_after
+        .column("left them after, steps", |state| {
+            state.farthest.as_ref()?.left_after
         })
         .into()
 }
 
-pub fn sections(of: &Judgement) -> Vec<Section> {
+pub fn sections(judgement: &Judgement) -> Vec<Section> {
     let about = format!(
         "A bed of {} grains. The engine computes in {}: it notices changes of {:.1e} of a coordinate, {:.1e} m in overlaps, {:.1e} of a \
          velocity. Replicas are native runs with such errors in every step; up to {FACTOR} times their distance is rounding.",
-        of.grains,
-        of.resolution.name(),
-        of.resolution.position,
-        of.resolution.overlap,
-        of.resolution.velocity
+        judgement.grains,
+        judgement.resolution.name(),
+        judgement.resolution.position,
+        judgement.resolution.overlap,
+        judgement.resolution.velocity
     );
-    let limits = Table::of("smallest-faults", "", of.limits.iter())
-        .column("constant", |of: &Limit| of.constant)
-        .column("smallest fault seen", |of| of.smallest)
-        .column("law", |of| &of.law)
-        .column("state", |of| &of.start);
+    let limits = Table::of("smallest-faults", "", judgement.limits.iter())
+        .column("constant", |limit: &Limit| limit.constant)
+        .column("smallest fault seen", |limit| limit.smallest)
+        .column("law", |limit| &limit.law)
+        .column("state", |limit| &limit.start);
     let mut sections = vec![
-        Section::new("Its first hundred steps", &about).with(state_table(of)),
+        Section::new("Its first hundred steps", &about).with(state_table(judgement)),
         Section::new(
             "What would have been seen",
             "A constant that is wrong by this share, everywhere, leaves the replicas; g_x by this share of gravity.",
         )
         .with(Table::from(limits)),
     ];
-    if !of.causes.is_empty() {
-        let why = of.causes.iter().map(in_a_sentence);
+    if !judgement.causes.is_empty() {
+        let why = judgement.causes.iter().map(in_a_sentence);
         sections.push(Section::new("What is wrong", "").with_all(why));
     }
     sections

@@ -55,8 +55,8 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
     let lively = |row: &&HistoryRow| row.stage == Stage::Settle && row.contacts > 0;
     let rows = a.history.iter().filter(lively);
     let liveliest = rows.max_by(|a, b| {
-        let of = |row: &HistoryRow| row.kinetic_energy * row.contacts as f64;
-        of(a).total_cmp(&of(b))
+        let weight = |row: &HistoryRow| row.kinetic_energy * row.contacts as f64;
+        weight(a).total_cmp(&weight(b))
     });
     if let Some(row) = liveliest.filter(|row| row.step > 0) {
         let task = Task::pour(start_of(a), row.step);
@@ -66,18 +66,23 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
             row.step
         );
         add(start, "liveliest", Stage::Settle, &last.bodies, None);
-        let of = "its liveliest moment, as a scene";
+        let title = "its liveliest moment, as a scene";
         // Some engines count their own steps alone.
         let from = Start {
             step: 0,
             memory: Vec::new(),
             ..last.into()
         };
-        excerpts.push(Excerpt::new(of, "excerpt-liveliest", scene, from.clone()));
+        excerpts.push(Excerpt::new(
+            title,
+            "excerpt-liveliest",
+            scene,
+            from.clone(),
+        ));
         if a.settled.is_some() || b.settled.is_some() {
-            let of = "from its liveliest moment into loading, as a scene";
+            let title = "from its liveliest moment into loading, as a scene";
             excerpts.push(Excerpt::into_loading(
-                of,
+                title,
                 "excerpt-into-loading",
                 scene,
                 from,
@@ -94,25 +99,25 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
                 stage: Stage::Load,
                 ..bodies.clone().into()
             };
-            let (of, key) = (
+            let (title, key) = (
                 format!("{name}'s settled bed, loading as a scene"),
                 format!("excerpt-{key}"),
             );
             // Of a job that starts with loading nobody says whose constants its first forces have.
             if !scene.has_stages() {
-                excerpts.push(Excerpt::new(&of, &key, scene, loading.clone()));
-                let (of, key) = (
+                excerpts.push(Excerpt::new(&title, &key, scene, loading.clone()));
+                let (title, key) = (
                     format!("{name}'s settled bed, loading to its end"),
                     format!("{key}-to-end"),
                 );
-                excerpts.extend(Excerpt::to_end(&of, &key, scene, loading)?);
+                excerpts.extend(Excerpt::to_end(&title, &key, scene, loading)?);
             } else {
                 let from = Start::from(bodies.clone());
-                let (of, key) = (
+                let (title, key) = (
                     format!("{name}'s settled bed, into loading to its end"),
                     format!("excerpt-{key}-to-end"),
                 );
-                let into = Excerpt::into_loading(&of, &key, scene, from);
+                let into = Excerpt::into_loading(&title, &key, scene, from);
                 excerpts.extend(into.ended_by_the_force()?);
             }
         }
@@ -127,7 +132,7 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
         );
     }
     // States of one model stand together, those of loading last.
-    states.sort_by_key(|of| of.law.ends_with(Stage::Load.name()));
+    states.sort_by_key(|state| state.law.ends_with(Stage::Load.name()));
     Ok(Reference::of(states, excerpts))
 }
 
@@ -156,7 +161,11 @@ pub fn contact_tables(
     id: &str,
     measured: Option<Resolution>,
 ) -> Result<Check, String> {
-    let has_loading = run.record.stages.iter().any(|of| of.stage == Stage::Load);
+    let has_loading = run
+        .record
+        .stages
+        .iter()
+        .any(|stage| stage.stage == Stage::Load);
     let punch = punch_at_end(run);
     if run.record.softened.is_some() {
         return Err("it was poured with softer springs than the scene's".to_owned());
@@ -166,15 +175,15 @@ pub fn contact_tables(
     }
     let stage = punch.map_or(Stage::Settle, |_| Stage::Load);
     let settled = run.settled.iter();
-    let settled = settled.map(|of| ("the settled bed", Stage::Settle, of, None));
+    let settled = settled.map(|moment| ("the settled bed", Stage::Settle, moment, None));
     let states = settled.chain([("the last state", stage, &run.last, punch)]);
     let mut decided = (Outcome::Pass, "they follow from the grains".to_owned());
     for (name, stage, moment, punch) in states {
         let case = case_of(&run.scene, name, stage, &moment.bodies, punch);
         let places = moment.bodies.x.iter().chain(&moment.bodies.z);
-        let extent = places.fold(0.0, |most: f64, of| most.max(of.abs()));
-        let wrong = |of: Resolution| {
-            contacts::contradiction(&case, &moment.contacts, of.length(extent))
+        let extent = places.fold(0.0, |most: f64, coordinate| most.max(coordinate.abs()));
+        let wrong = |resolution: Resolution| {
+            contacts::contradiction(&case, &moment.contacts, resolution.length(extent))
                 .map_err(|error| error.to_string())
         };
         let Some(why) = wrong(measured.unwrap_or(Resolution::DOUBLE))? else {
@@ -204,10 +213,13 @@ pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Opt
     if all.is_empty() {
         return None;
     }
-    let left = |of: Resolution| all.iter().find(|stretch| !stretch.is_rounding(of));
-    let in_words = |of: &Continued| {
-        let (stage, from, to) = (of.stage.name(), of.from, of.to);
-        format!("from step {from} to {to} of stage {stage}: {}", of.found)
+    let left = |resolution: Resolution| all.iter().find(|stretch| !stretch.is_rounding(resolution));
+    let in_words = |stretch: &Continued| {
+        let (stage, from, to) = (stretch.stage.name(), stretch.from, stretch.to);
+        format!(
+            "from step {from} to {to} of stage {stage}: {}",
+            stretch.found
+        )
     };
     let (outcome, found) = match (left(measured.unwrap_or(Resolution::DOUBLE)), measured) {
         (None, _) => {
@@ -218,8 +230,10 @@ pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Opt
             );
             (Outcome::Pass, found)
         }
-        (Some(of), None) if left(Resolution::SINGLE).is_none() => (Outcome::Skipped, in_words(of)),
-        (Some(of), _) => (Outcome::Fail, in_words(of)),
+        (Some(stretch), None) if left(Resolution::SINGLE).is_none() => {
+            (Outcome::Skipped, in_words(stretch))
+        }
+        (Some(stretch), _) => (Outcome::Fail, in_words(stretch)),
     };
     let what = format!("{}'s run, gone on with by native", id.to_uppercase());
     let check = Check::of_words(format!("stretches-{id}"), &what, outcome, &found);
@@ -231,9 +245,9 @@ pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Opt
 
 /// Up to where stretches look at each stage.
 fn reached(run: &RunFolder, all: &[Continued]) -> String {
-    let of_stage = run.record.stages.iter().map(|of| {
-        let (stage, steps) = (of.stage.name(), of.steps);
-        let own = all.iter().filter(|stretch| stretch.stage == of.stage);
+    let of_stage = run.record.stages.iter().map(|report| {
+        let (stage, steps) = (report.stage.name(), report.steps);
+        let own = all.iter().filter(|stretch| stretch.stage == report.stage);
         match own.map(|stretch| stretch.to).max() {
             Some(to) if to == steps => format!("the last of stage {stage} up to its end"),
             Some(to) => {
@@ -268,7 +282,7 @@ fn start_of(run: &RunFolder) -> Start {
     let softened = run.record.softened.as_ref();
     Start {
         seen: Seen {
-            energy: softened.map_or(0.0, |of| of.energy_seen),
+            energy: softened.map_or(0.0, |softened| softened.energy_seen),
             ..Seen::default()
         },
         ..run.initial.clone().into()
@@ -367,27 +381,36 @@ impl Replicas {
         let numbers: [(&str, Number, f64); 5] = [
             (
                 "the logarithm of the kinetic energy",
-                |of| logarithm(of.kinetic_energy),
+                |row| logarithm(row.kinetic_energy),
                 0.0,
             ),
             (
                 "the logarithm of the elastic energy",
-                |of| logarithm(of.elastic_energy),
+                |row| logarithm(row.elastic_energy),
                 0.0,
             ),
-            ("the potential energy", |of| Some(of.potential_energy), 0.0),
-            ("the number of contacts", |of| Some(of.contacts as f64), 2.0),
-            ("the depth of the punch", |of| of.punch_depth, 0.0),
+            (
+                "the potential energy",
+                |row| Some(row.potential_energy),
+                0.0,
+            ),
+            (
+                "the number of contacts",
+                |row| Some(row.contacts as f64),
+                2.0,
+            ),
+            ("the depth of the punch", |row| row.punch_depth, 0.0),
         ];
         let mut count = 0;
         for (at, row) in run.history.iter().enumerate() {
-            let same = |of: &RunFolder| {
-                let near = of
+            let same = |run: &RunFolder| {
+                let near = run
                     .history
                     .get(at)
-                    .filter(|of| (of.stage, of.step) == (row.stage, row.step));
-                let moment = |of: &&HistoryRow| (of.stage, of.step) == (row.stage, row.step);
-                near.or_else(|| of.history.iter().find(moment)).cloned()
+                    .filter(|other| (other.stage, other.step) == (row.stage, row.step));
+                let moment =
+                    |other: &&HistoryRow| (other.stage, other.step) == (row.stage, row.step);
+                near.or_else(|| run.history.iter().find(moment)).cloned()
             };
             let others: Vec<HistoryRow> = self.0.iter().filter_map(same).collect();
             for (name, number, floor) in numbers {
@@ -407,14 +430,14 @@ impl Replicas {
 
     /// The measures of the whole bed at the end that are outside, and how many were looked at.
     fn end(&self, run: &RunFolder) -> (Option<String>, usize) {
-        let stops = |of: &RunFolder| {
-            of.record
+        let stops = |run: &RunFolder| {
+            run.record
                 .stages
                 .iter()
-                .map(|of| of.stop)
+                .map(|report| report.stop)
                 .collect::<Vec<_>>()
         };
-        if !self.0.iter().any(|of| stops(of) == stops(run)) {
+        if !self.0.iter().any(|replica| stops(replica) == stops(run)) {
             let why = format!(
                 "it ended otherwise: {}, and native: {}",
                 run.stages_in_words(),
@@ -429,7 +452,7 @@ impl Replicas {
         let (mut off, mut count) = (Vec::new(), 0);
         for quantity in run.quantities() {
             let key = quantity.key.as_str();
-            let of_bed = key.split_once('.').is_some_and(|(_, of)| {
+            let of_bed = key.split_once('.').is_some_and(|(_, measure)| {
                 let all = [
                     "height.",
                     "porosity.",
@@ -437,7 +460,7 @@ impl Replicas {
                     "energy.potential",
                     "energy.elastic",
                 ];
-                all.iter().any(|start| of.starts_with(start))
+                all.iter().any(|start| measure.starts_with(start))
             });
             let grains = run.initial.len() as f64;
             let floor = match key {
@@ -450,8 +473,8 @@ impl Replicas {
             };
             let same = of_runs
                 .iter()
-                .filter_map(|of| of.iter().find(|of| of.key == key));
-            let all: Vec<f64> = same.map(|of| of.value).collect();
+                .filter_map(|quantities| quantities.iter().find(|quantity| quantity.key == key));
+            let all: Vec<f64> = same.map(|quantity| quantity.value).collect();
             if all.len() < REPLICAS {
                 continue;
             }
@@ -462,10 +485,10 @@ impl Replicas {
         }
         type OfRun = fn(&RunFolder) -> Option<f64>;
         let shares: [(&str, OfRun); 2] = [
-            ("settled", |of| {
-                of.settled.as_ref().and_then(borne_tangentially)
+            ("settled", |run| {
+                run.settled.as_ref().and_then(borne_tangentially)
             }),
-            ("last", |of| borne_tangentially(&of.last)),
+            ("last", |run| borne_tangentially(&run.last)),
         ];
         for (state, share) in shares {
             let all: Vec<f64> = self.0.iter().filter_map(share).collect();
@@ -487,8 +510,8 @@ pub fn against_rules(run: &RunFolder) -> Option<String> {
     let ended = |stage, stop| {
         let mut stages = run.record.stages.iter();
         stages
-            .find(|of| (of.stage, of.stop) == (stage, stop))
-            .map(|of| of.steps)
+            .find(|report| (report.stage, report.stop) == (stage, stop))
+            .map(|report| report.steps)
     };
     if let Some(steps) = ended(Stage::Settle, StopReason::Settled)
         && settle
@@ -547,27 +570,35 @@ pub fn against_rules(run: &RunFolder) -> Option<String> {
 /// What the kinetic energy of pouring had at most, J, by the history: between two rows it may have been above the largest one by as
 /// much as that is above its neighbours. None where that one has not two of them.
 fn largest_peak(run: &RunFolder) -> Option<f64> {
-    let rows = run.history.iter().filter(|of| of.stage == Stage::Settle);
-    let energies: Vec<f64> = rows.map(|of| of.kinetic_energy).collect();
+    let rows = run.history.iter().filter(|row| row.stage == Stage::Settle);
+    let energies: Vec<f64> = rows.map(|row| row.kinetic_energy).collect();
     let around = energies
         .windows(3)
-        .filter(|of| of[1] >= of[0] && of[1] >= of[2]);
+        .filter(|window| window[1] >= window[0] && window[1] >= window[2]);
     let peak = around.max_by(|a, b| a[1].total_cmp(&b[1]))?;
-    let beyond = energies.iter().any(|of| *of > peak[1]);
+    let beyond = energies.iter().any(|energy| *energy > peak[1]);
     let above = peak[1] * peak[1] / peak[0].min(peak[2]);
     (!beyond).then_some(above.max(start_of(run).seen.energy))
 }
 
 /// Σ|ft|/Σ|fn| of a state's contacts; none where nothing is pressed.
-fn borne_tangentially(of: &Moment) -> Option<f64> {
-    let sum =
-        |force: fn(&Contact) -> f64| of.contacts.iter().map(|of| force(of).abs()).sum::<f64>();
-    let [normal, tangential] = [sum(|of| of.normal_force), sum(|of| of.tangential_force)];
+fn borne_tangentially(moment: &Moment) -> Option<f64> {
+    let sum = |force: fn(&Contact) -> f64| {
+        moment
+            .contacts
+            .iter()
+            .map(|contact| force(contact).abs())
+            .sum::<f64>()
+    };
+    let [normal, tangential] = [
+        sum(|contact| contact.normal_force),
+        sum(|contact| contact.tangential_force),
+    ];
     (normal > 0.0).then(|| tangential / normal)
 }
 
-fn logarithm(of: f64) -> Option<f64> {
-    (of > 0.0).then(|| of.ln())
+fn logarithm(energy: f64) -> Option<f64> {
+    (energy > 0.0).then(|| energy.ln())
 }
 
 /// How far a number is off, if that is more than so many standard deviations of a new run, and than this.

@@ -180,15 +180,25 @@ impl Plot {
 
     /// With a line through points on top.
     #[must_use]
-    pub fn line(self, name: &str, colour: Colour, of: impl IntoIterator<Item = [f64; 2]>) -> Self {
-        let (dashed, points) = (false, of.into_iter().collect());
+    pub fn line(
+        self,
+        name: &str,
+        colour: Colour,
+        values: impl IntoIterator<Item = [f64; 2]>,
+    ) -> Self {
+        let (dashed, points) = (false, values.into_iter().collect());
         self.with(name, colour, Shape::Line { dashed, points })
     }
 
     /// With points on top, if there are any.
     #[must_use]
-    pub fn points(self, name: &str, colour: Colour, of: impl IntoIterator<Item = Point>) -> Self {
-        self.group(name, colour, Style::Filled, of)
+    pub fn points(
+        self,
+        name: &str,
+        colour: Colour,
+        points: impl IntoIterator<Item = Point>,
+    ) -> Self {
+        self.group(name, colour, Style::Filled, points)
     }
 
     /// With points of a style on top, if there are any.
@@ -209,14 +219,24 @@ impl Plot {
 
     /// With the area between two lines, x, lower, upper, on top.
     #[must_use]
-    pub fn band(self, name: &str, colour: Colour, of: impl IntoIterator<Item = [f64; 3]>) -> Self {
-        self.with(name, colour, Shape::Band(of.into_iter().collect()))
+    pub fn band(
+        self,
+        name: &str,
+        colour: Colour,
+        values: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Self {
+        self.with(name, colour, Shape::Band(values.into_iter().collect()))
     }
 
     /// With boxes from the floor, left, right, height, on top.
     #[must_use]
-    pub fn bars(self, name: &str, colour: Colour, of: impl IntoIterator<Item = [f64; 3]>) -> Self {
-        self.with(name, colour, Shape::Bars(of.into_iter().collect()))
+    pub fn bars(
+        self,
+        name: &str,
+        colour: Colour,
+        boxes: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Self {
+        self.with(name, colour, Shape::Bars(boxes.into_iter().collect()))
     }
 
     /// With a value across the whole plot.

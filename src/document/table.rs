@@ -78,7 +78,7 @@ impl Table {
         Table {
             name: name.to_owned(),
             title: title.to_owned(),
-            columns: columns.iter().map(|of| Column::parse(of)).collect(),
+            columns: columns.iter().map(|column| Column::parse(column)).collect(),
             rows: Vec::new(),
         }
     }
@@ -192,8 +192,8 @@ impl Cell {
             Cell::Text(text) | Cell::Code(text) => text.clone(),
             Cell::Count(count) => count.to_string(),
             Cell::Number(value) => short(*value),
-            Cell::Interval(of) => {
-                let [mean, low, high] = [of.estimate, of.low, of.high].map(short);
+            Cell::Interval(interval) => {
+                let [mean, low, high] = [interval.estimate, interval.low, interval.high].map(short);
                 format!("{mean} [{low}, {high}]")
             }
             Cell::Outcome(outcome) => outcome.word().to_owned(),
@@ -215,11 +215,11 @@ impl Table {
             self.rows.is_empty() || cells.any(|cell| !matches!(cell.shown().as_str(), "–" | ""))
         };
         let kept: Vec<bool> = (0..self.columns.len()).map(there).collect();
-        let mut of = kept.iter();
-        self.columns.retain(|_| of.next() == Some(&true));
+        let mut keep_column = kept.iter();
+        self.columns.retain(|_| keep_column.next() == Some(&true));
         for row in &mut self.rows {
-            let mut of = kept.iter();
-            row.retain(|_| of.next() == Some(&true));
+            let mut keep_cell = kept.iter();
+            row.retain(|_| keep_cell.next() == Some(&true));
         }
         self
     }
@@ -263,7 +263,11 @@ mod tests {
                 .column("of, or not, in", |_| Cell::Missing)
                 .column("name", |_| "weight"),
         );
-        let units: Vec<&str> = table.columns.iter().map(|of| of.unit.as_str()).collect();
+        let units: Vec<&str> = table
+            .columns
+            .iter()
+            .map(|column| column.unit.as_str())
+            .collect();
         assert_eq!(units, ["N", "in", ""]);
         let row = vec![2.0.into(), Cell::Missing, "weight".into()];
         assert_eq!(table.rows, [row]);

@@ -198,9 +198,10 @@ fn is_code(path: &Path) -> bool {
 fn entries(folder: &Path, unseen: &mut usize) -> Vec<PathBuf> {
     let found = listed(folder, *unseen).unwrap_or_default();
     *unseen -= found.len();
-    let is_sound = |of: &Listed| (of.is_file || of.is_folder) && of.name != "__pycache__";
+    let is_sound =
+        |entry: &Listed| (entry.is_file || entry.is_folder) && entry.name != "__pycache__";
     let sound = found.into_iter().filter(is_sound);
-    sound.map(|of| of.path).collect()
+    sound.map(|entry| entry.path).collect()
 }
 
 /// A file itself; of a folder what it and the folders in it have of Python and libraries.
@@ -211,9 +212,10 @@ fn files_of(path: PathBuf, unseen: &mut usize) -> Vec<PathBuf> {
     let (mut files, mut folders) = (Vec::new(), vec![path]);
     while let Some(folder) = folders.pop() {
         let found = entries(&folder, unseen).into_iter();
-        let (inside, here): (Vec<_>, Vec<_>) = found.partition(|of| Place::from(of).is_folder());
+        let (inside, here): (Vec<_>, Vec<_>) =
+            found.partition(|path| Place::from(path).is_folder());
         folders.extend(inside);
-        files.extend(here.into_iter().filter(|of| is_code(of)));
+        files.extend(here.into_iter().filter(|path| is_code(path)));
     }
     files
 }
@@ -221,18 +223,22 @@ fn files_of(path: PathBuf, unseen: &mut usize) -> Vec<PathBuf> {
 /// What a text names, the line aside that names its interpreter: words, whole names of files, and `/NAME` for a name in quotes or
 /// after a `/`.
 fn words(text: &str) -> impl Iterator<Item = Cow<'_, str>> {
-    let is_of_a_word = |of: char| of.is_alphanumeric() || of == '_';
-    let is_quote = |of: char| of == '"' || of == '\'';
+    let is_of_a_word = |character: char| character.is_alphanumeric() || character == '_';
+    let is_quote = |character: char| character == '"' || character == '\'';
     let lines = text.lines().filter(|line| !line.starts_with("#!"));
     let tokens = lines.flat_map(move |line| {
-        line.split(move |of| !(is_of_a_word(of) || is_quote(of) || "./-".contains(of)))
+        line.split(move |character| {
+            !(is_of_a_word(character) || is_quote(character) || "./-".contains(character))
+        })
     });
     tokens.flat_map(move |token| {
         let path = token.trim_matches(is_quote);
         let name = path.rsplit_once('/').map_or(path, |(_, name)| name);
         let quoted = token.starts_with(is_quote) && token.ends_with(is_quote);
         let bare = (quoted || path.contains('/')).then(|| Cow::Owned(format!("/{name}")));
-        let words = token.split(move |of| !is_of_a_word(of)).map(Cow::Borrowed);
+        let words = token
+            .split(move |character| !is_of_a_word(character))
+            .map(Cow::Borrowed);
         words
             .chain([Cow::Borrowed(name.trim_end_matches('.'))])
             .chain(bare)
@@ -396,7 +402,7 @@ impl Engine for ExternalEngine {
         write_cases(work, cases, &Value::Null)?;
         start(&self.options, work, &mut ())?;
         let results = read::cases(work, cases)?.into_iter();
-        Ok(results.map(|of| of.map(|run| run.track)).collect())
+        Ok(results.map(|result| result.map(|run| run.track)).collect())
     }
 
     fn time(
@@ -538,8 +544,8 @@ fn written(folder: &Path) -> impl Fn() -> u64 {
 }
 
 /// What is told of a punch.
-fn told(of: Punch) -> Value {
-    json!({"centre": of.centre, "half_extents": of.half_extents, "start": of.start, "velocity": of.velocity})
+fn told(punch: Punch) -> Value {
+    json!({"centre": punch.centre, "half_extents": punch.half_extents, "start": punch.start, "velocity": punch.velocity})
 }
 
 /// Writes `job.json`; `settings` are those of an adapter, null where there are none.

@@ -27,7 +27,11 @@ impl Named {
             ("yade-sorted", _) => Named::Yade(Some(true)),
             ("yade-ordinary", _) => Named::Yade(Some(false)),
             (_, Some(path)) if !path.is_empty() => Named::Exec(PathBuf::from(path)),
-            _ => Named::Adapter(Adapter::ALL.into_iter().find(|of| of.key == text)?),
+            _ => Named::Adapter(
+                Adapter::ALL
+                    .into_iter()
+                    .find(|adapter| adapter.key == text)?,
+            ),
         })
     }
 

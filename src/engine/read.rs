@@ -138,7 +138,7 @@ pub fn scene(
     let DoneFile { steps: counted } = done(work)?;
     check_stages(task, &stages)?;
     check_moments(scene, task, &stages, &seen)?;
-    let own = |of: &StageReport| of.steps.saturating_sub(first_step(task, of.stage));
+    let own = |stage: &StageReport| stage.steps.saturating_sub(first_step(task, stage.stage));
     let steps: u64 = stages.iter().map(own).sum();
     ensure(counted == steps, || {
         format!("it counts {counted} steps, its stages have {steps}")
@@ -283,10 +283,14 @@ pub fn timed(work: &Path, model: &Model, start: &Bodies, steps: TimedSteps) -> R
     })?;
     let times = done.wall_seconds > 0.0 && done.cpu_seconds.is_none_or(|seconds| seconds > 0.0);
     ensure(times, || "times that are not above zero".to_owned())?;
-    let total: f64 = done.shares.iter().map(|of| of.nanoseconds as f64).sum();
-    let shares = done.shares.into_iter().map(|of| Share {
-        share: of.nanoseconds as f64 / total,
-        stage: of.name,
+    let total: f64 = done
+        .shares
+        .iter()
+        .map(|share| share.nanoseconds as f64)
+        .sum();
+    let shares = done.shares.into_iter().map(|share| Share {
+        share: share.nanoseconds as f64 / total,
+        stage: share.name,
     });
     Ok(Timed {
         window: Window {
@@ -305,7 +309,7 @@ fn has_key(line: &str, key: &str) -> bool {
     type Object = serde_json::Map<String, serde_json::Value>;
     line.len() <= LONGEST_WORD
         && line.contains(key)
-        && serde_json::from_str::<Object>(line).is_ok_and(|of| of.contains_key(key))
+        && serde_json::from_str::<Object>(line).is_ok_and(|object| object.contains_key(key))
 }
 
 /// `done.json`, with the engine's own count of steps.
@@ -354,29 +358,32 @@ impl<'a> Moments<'a> {
     /// The moment of this line, with what it says of forces and torques.
     fn read(&mut self, line: &str) -> Result<(Snapshot, Option<Vec<Load>>)> {
         let name = self.name;
-        let of: MomentLine = parsed(line, &format!("{name}moments.jsonl"))?;
-        let at = format!("{name}stage {} step {}", of.stage.name(), of.step);
-        ensure(of.out_of_plane == 0.0, || {
+        let moment: MomentLine = parsed(line, &format!("{name}moments.jsonl"))?;
+        let at = format!("{name}stage {} step {}", moment.stage.name(), moment.step);
+        ensure(moment.out_of_plane == 0.0, || {
             format!("{at}: grains have left the plane")
         })?;
-        let (bodies, contacts) = match of.contacts {
+        let (bodies, contacts) = match moment.contacts {
             Some(count) => (self.next_bodies(&at)?, self.next_contacts(count, &at)?),
-            None => self.tables(of.stage, of.step, &at)?,
+            None => self.tables(moment.stage, moment.step, &at)?,
         };
         for contact in &contacts {
             self.check_contact(contact, &at)?;
         }
-        let punch = of.punch.map(|punch| self.punch(&punch, &at)).transpose()?;
+        let punch = moment
+            .punch
+            .map(|punch| self.punch(&punch, &at))
+            .transpose()?;
         let snapshot = Snapshot {
-            stage: of.stage,
-            step: of.step,
-            time: of.step as f64 * self.dt,
+            stage: moment.stage,
+            step: moment.step,
+            time: moment.step as f64 * self.dt,
             bodies,
             contacts,
             memory: Vec::new(),
             punch,
         };
-        Ok((snapshot, of.loads))
+        Ok((snapshot, moment.loads))
     }
 
     /// The tables of a moment as text.
@@ -396,32 +403,32 @@ impl<'a> Moments<'a> {
         Ok((bodies, contacts))
     }
 
-    fn check_contact(&self, of: &Contact, at: &str) -> Result<()> {
-        let ordered = of.id1 < of.id2 || !self.ids.is_grain(of.id1);
-        let pair = || format!("{at}: a contact of {} and {}", of.id1, of.id2);
-        ensure(self.ids.is_grain(of.id2) && ordered, || {
+    fn check_contact(&self, contact: &Contact, at: &str) -> Result<()> {
+        let ordered = contact.id1 < contact.id2 || !self.ids.is_grain(contact.id1);
+        let pair = || format!("{at}: a contact of {} and {}", contact.id1, contact.id2);
+        ensure(self.ids.is_grain(contact.id2) && ordered, || {
             format!(
                 "{}: of two grains the lower id stands first, a wall or the punch always does",
                 pair()
             )
         })?;
-        ensure(of.overlap >= 0.0, || {
-            let (pair, overlap) = (pair(), of.overlap);
+        ensure(contact.overlap >= 0.0, || {
+            let (pair, overlap) = (pair(), contact.overlap);
             format!("{pair} with the overlap {overlap}: only what touches is a contact")
         })
     }
 
-    fn punch(&self, of: &PunchLine, at: &str) -> Result<Punch> {
-        let [x, z] = of.centre;
-        let numbers = [x, z, of.start, of.velocity, of.force];
+    fn punch(&self, punch: &PunchLine, at: &str) -> Result<Punch> {
+        let [x, z] = punch.centre;
+        let numbers = [x, z, punch.start, punch.velocity, punch.force];
         let finite = numbers.iter().all(|value| value.is_finite());
         ensure(finite, || format!("{at}: the punch is not finite"))?;
         Ok(Punch {
-            centre: of.centre,
+            centre: punch.centre,
             half_extents: self.half_extents,
-            start: of.start,
-            velocity: of.velocity,
-            force: of.force,
+            start: punch.start,
+            velocity: punch.velocity,
+            force: punch.force,
         })
     }
 
@@ -492,7 +499,7 @@ impl<'a> Moments<'a> {
         let contacts: Option<Vec<Contact>> = rows.iter().map(|row| contact(*row, ids)).collect();
         let contacts = contacts
             .ok_or_else(|| nonsense(format!("{at}: a contact between bodies that do not exist")))?;
-        let key = |of: &Contact| (of.id1, of.id2);
+        let key = |contact: &Contact| (contact.id1, contact.id2);
         for pair in contacts.windows(2) {
             let (id1, id2) = key(&pair[1]);
             ensure(key(&pair[0]) < (id1, id2), || {
@@ -501,9 +508,9 @@ impl<'a> Moments<'a> {
                 )
             })?;
         }
-        for of in &contacts {
-            let off = (of.normal[0].hypot(of.normal[1]) - 1.0).abs();
-            let (id1, id2) = key(of);
+        for contact in &contacts {
+            let off = (contact.normal[0].hypot(contact.normal[1]) - 1.0).abs();
+            let (id1, id2) = key(contact);
             ensure(off <= text::NORMAL_TOLERANCE, || {
                 format!("{at}: the normal of {id1} and {id2} must be of length 1")
             })?;
@@ -553,23 +560,23 @@ struct EndLine {
 
 /// How a stage ended, from such a line.
 fn end_of_stage(line: &str) -> Result<StageReport> {
-    let of: EndLine = parsed(line, "moments.jsonl")?;
-    ensure(of.stop != "not_finite", || {
-        let (step, stage) = (of.steps, of.end.name());
+    let end: EndLine = parsed(line, "moments.jsonl")?;
+    ensure(end.stop != "not_finite", || {
+        let (step, stage) = (end.steps, end.end.name());
         format!("moments.jsonl: numbers that are not finite in step {step} of stage {stage}")
     })?;
-    let stop = serde_json::from_value(of.stop.as_str().into());
+    let stop = serde_json::from_value(end.stop.as_str().into());
     let stop =
-        stop.map_err(|_| nonsense(format!("moments.jsonl: the stop reason {:?}", of.stop)))?;
-    ensure(of.wall_seconds >= 0.0 && of.cpu_seconds >= 0.0, || {
+        stop.map_err(|_| nonsense(format!("moments.jsonl: the stop reason {:?}", end.stop)))?;
+    ensure(end.wall_seconds >= 0.0 && end.cpu_seconds >= 0.0, || {
         "moments.jsonl: times that are below 0 or none".to_owned()
     })?;
     Ok(StageReport {
-        stage: of.end,
-        steps: of.steps,
+        stage: end.end,
+        steps: end.steps,
         stop,
-        wall_seconds: of.wall_seconds,
-        cpu_seconds: of.cpu_seconds,
+        wall_seconds: end.wall_seconds,
+        cpu_seconds: end.cpu_seconds,
     })
 }
 
@@ -591,16 +598,16 @@ fn check_moments(
             )
         })?;
     }
-    let of_stage = |of: &StageReport| {
-        let (stage, from) = (of.stage, first_step(task, of.stage));
-        let steps = moments(from, of.steps.max(from), every).into_iter();
+    let of_stage = |report: &StageReport| {
+        let (stage, from) = (report.stage, first_step(task, report.stage));
+        let steps = moments(from, report.steps.max(from), every).into_iter();
         steps.map(move |step| (stage, step))
     };
     let wanted: Vec<(Stage, u64)> = stages.iter().flat_map(of_stage).collect();
     let odd = wanted.iter().zip(seen).position(|(want, see)| want != see);
     let at = odd.unwrap_or(wanted.len().min(seen.len()));
-    let moment = |of: Option<&(Stage, u64)>| {
-        of.map_or("none".to_owned(), |(stage, step)| {
+    let moment = |moment: Option<&(Stage, u64)>| {
+        moment.map_or("none".to_owned(), |(stage, step)| {
             format!("{} {step}", stage.name())
         })
     };
@@ -623,7 +630,10 @@ fn first_step(task: &Task, stage: Stage) -> u64 {
 fn check_stages(task: &Task, stages: &[StageReport]) -> Result<()> {
     use Stage::{Load, Settle};
     use StopReason::{MaxSteps, Reached, Settled, StepsDone, TargetLoadNotReached};
-    let ends: Vec<(Stage, StopReason)> = stages.iter().map(|of| (of.stage, of.stop)).collect();
+    let ends: Vec<(Stage, StopReason)> = stages
+        .iter()
+        .map(|stage| (stage.stage, stage.stop))
+        .collect();
     let ended = match (task.until, ends.as_slice()) {
         (Until::Step(step), [(_, StepsDone)]) => {
             let done = stages[0].steps;
@@ -641,8 +651,8 @@ fn check_stages(task: &Task, stages: &[StageReport]) -> Result<()> {
     };
     let begun = ends.first().map(|(stage, _)| *stage);
     let fits = ended && begun == Some(task.start.stage);
-    let of = |stage: &StageReport| format!("{} {:?}", stage.stage.name(), stage.stop);
-    let stages: Vec<String> = stages.iter().map(of).collect();
+    let in_words = |stage: &StageReport| format!("{} {:?}", stage.stage.name(), stage.stop);
+    let stages: Vec<String> = stages.iter().map(in_words).collect();
     ensure(fits, || match &stages[..] {
         [] => "its stages are not those of the task: none was finished".to_owned(),
         some => format!("its stages are not those of the task: {}", some.join(", ")),

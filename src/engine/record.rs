@@ -66,9 +66,10 @@ impl EngineRecord {
 
     pub fn label(&self) -> String {
         match self {
-            EngineRecord::Native { perturbation, .. } => {
-                perturbation.map_or("native".to_owned(), |of| format!("native with {of}"))
-            }
+            EngineRecord::Native { perturbation, .. } => perturbation
+                .map_or("native".to_owned(), |perturbation| {
+                    format!("native with {perturbation}")
+                }),
             EngineRecord::Yade {
                 version,
                 sorted,

@@ -136,7 +136,7 @@ impl Engine for Options {
 
     fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
         let (made, _) = run_cases(cases, self, work, &mut ())?;
-        Ok(made.into_iter().map(|of| Ok(of.track)).collect())
+        Ok(made.into_iter().map(|answer| Ok(answer.track)).collect())
     }
 
     fn time(
@@ -223,9 +223,12 @@ fn hinted(error: ProgramError) -> ProgramError {
 
 /// What the scene asks for that YADE does not have, if there is anything.
 pub fn lacking(scene: &Scene) -> Option<String> {
-    let stages = scene.stages().map(|of| Model::in_stage(scene, of));
+    let stages = scene.stages().map(|stage| Model::in_stage(scene, stage));
     let stages: Vec<Model> = stages.collect();
-    let dashpots = stages.iter().filter(|of| of.law.has_dashpots()).count();
+    let dashpots = stages
+        .iter()
+        .filter(|model| model.law.has_dashpots())
+        .count();
     let in_one = 0 < dashpots && dashpots < stages.len();
     let in_one = in_one.then(|| "dashpots in one stage only".to_owned());
     stages.iter().find_map(unsupported).or(in_one)
@@ -482,10 +485,10 @@ pub fn find(program: Option<&Path>) -> Result<Installation> {
 
 /// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
 pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf> {
-    let of = find(program)?.program.with_file_name(name);
-    match Place::from(&of).is_file() {
-        true => Ok(of),
-        false => Err(missing(format!("{} does not exist", of.display()))),
+    let path = find(program)?.program.with_file_name(name);
+    match Place::from(&path).is_file() {
+        true => Ok(path),
+        false => Err(missing(format!("{} does not exist", path.display()))),
     }
 }
 

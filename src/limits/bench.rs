@@ -50,9 +50,9 @@ impl Missed {
         use ProgramError::{File, Missing, Refused, TooOld, Unsupported};
         let missing = match &error {
             Error::File(_) | Error::Engine(EngineError::Program(File(_))) => return Err(error),
-            Error::Engine(of) if of.is_interruption() => return Err(error),
-            Error::Engine(EngineError::Program(of)) => matches!(
-                of,
+            Error::Engine(failure) if failure.is_interruption() => return Err(error),
+            Error::Engine(EngineError::Program(failure)) => matches!(
+                failure,
                 Missing { .. } | TooOld { .. } | Unsupported { .. } | Refused(_)
             ),
             _ => false,
@@ -227,8 +227,10 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
         },
         stages: clocked.shares,
         friction_cost,
-        disturbed: (contests.iter().filter_map(|of| of.processor_share))
-            .any(|share| share < UNDISTURBED),
+        disturbed: (contests
+            .iter()
+            .filter_map(|contest| contest.processor_share))
+        .any(|share| share < UNDISTURBED),
         contests,
         sorted_bits,
         friction_bits,
@@ -240,8 +242,8 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
 }
 
 fn friction_cost(contests: &[Contest]) -> Option<Spread> {
-    let of = |wanted| contests.iter().find(|of| of.contender == wanted);
-    let [friction, native] = [Contender::NativeFriction, Contender::Native].map(of);
+    let find = |wanted| contests.iter().find(|contest| contest.contender == wanted);
+    let [friction, native] = [Contender::NativeFriction, Contender::Native].map(find);
     Spread::ratio(&friction?.seconds_per_step, &native?.seconds_per_step)
 }
 

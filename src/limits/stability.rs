@@ -139,8 +139,9 @@ impl Study for Stability {
 
     fn check(&self) -> Result<(), String> {
         let known = scenes::names();
-        let strange = self.scenes.iter().find(|of| !known.contains(of));
-        let strange = strange.or_else(|| self.failures.iter().find(|of| Mode::of(of).is_none()));
+        let strange = self.scenes.iter().find(|name| !known.contains(name));
+        let strange =
+            strange.or_else(|| self.failures.iter().find(|name| Mode::of(name).is_none()));
         if let Some(name) = strange {
             return Err(format!("{name:?} is no scene and no failure mode"));
         }
@@ -194,20 +195,24 @@ impl Study for Stability {
             (Task::Limits(name, wanted), Made::Limits { runner, row, .. }) => {
                 row.name == name && *runner == wanted
             }
-            (Task::Failure(mode, NATIVE), Made::Failure(of)) => of.name == mode.name,
+            (Task::Failure(mode, NATIVE), Made::Failure(failure)) => failure.name == mode.name,
             (Task::Failure(mode, _), Made::FailureInYade { name, .. }) => name == mode.name,
             _ => false,
         }
     }
 
     fn outline(&self, made: &Made) -> Outline {
-        let over = |of: &Limits| {
-            let found = of.native.or(of.external)?;
-            Some(format!("{:?}", found.limit() / of.predicted))
+        let over = |limits: &Limits| {
+            let found = limits.native.or(limits.external)?;
+            Some(format!("{:?}", found.limit() / limits.predicted))
         };
         let (ending, name, found) = match made {
-            Made::Limits { row, .. } => ("limits", &row.name, row.limits().map(|(_, of)| over(of))),
-            Made::Failure(of) => ("failure", &of.name, [None, None]),
+            Made::Limits { row, .. } => (
+                "limits",
+                &row.name,
+                row.limits().map(|(_, limits)| over(limits)),
+            ),
+            Made::Failure(failure) => ("failure", &failure.name, [None, None]),
             Made::FailureInYade { name, .. } => ("failure_in_yade", name, [None, None]),
         };
         let [undamped, damped] = found.map(Option::unwrap_or_default);
@@ -368,7 +373,7 @@ impl SceneTrials {
         };
         let [at_random, in_mode] = self.disturbed.clone();
         let searches = [(at_random, &self.row.undamped), (in_mode, &self.row.damped)]
-            .map(|(of, limits)| Search::new(of, limits.alpha, limits.predicted));
+            .map(|(disturbed, limits)| Search::new(disturbed, limits.alpha, limits.predicted));
         let engine = engines.engine(runner)?;
         let (name, version) = if runner.is_yade() {
             let options = &engines.yade;
@@ -399,9 +404,9 @@ impl Row {
     /// Takes over what another row of the scene has of its own engine.
     fn take(&mut self, other: Row) {
         let undamped = (&mut self.undamped, other.undamped);
-        for (own, of) in [undamped, (&mut self.damped, other.damped)] {
-            own.native = own.native.or(of.native);
-            own.external = own.external.or(of.external);
+        for (own, theirs) in [undamped, (&mut self.damped, other.damped)] {
+            own.native = own.native.or(theirs.native);
+            own.external = own.external.or(theirs.external);
         }
         self.damped_at_random = self.damped_at_random.or(other.damped_at_random);
         self.proposal_of_yade = self.proposal_of_yade.take().or(other.proposal_of_yade);
@@ -416,12 +421,13 @@ impl Row {
 
 impl Map {
     fn new(plan: &Stability, program: Option<&Program>) -> Self {
-        let described = program.map(|of| &of.described);
-        let name = described.map_or("YADE", |of| &of.name);
+        let described = program.map(|program| &program.described);
+        let name = described.map_or("YADE", |description| &description.name);
         let external = plan.external.map(|_| ExternalEngine {
             name: name.to_owned(),
             version: None,
-            approximations: described.map_or(Vec::new(), |of| of.approximations.clone()),
+            approximations: described
+                .map_or(Vec::new(), |description| description.approximations.clone()),
             missing: "it has made no rows yet".to_owned(),
         });
         Map {
@@ -445,15 +451,19 @@ impl Map {
                     engine.version = Some(version);
                     engine.missing.clear();
                 }
-                match self.rows.iter_mut().find(|of| of.name == row.name) {
+                match self.rows.iter_mut().find(|known| known.name == row.name) {
                     Some(known) => known.take(*row),
                     None => self.rows.push(*row),
                 }
             }
-            Made::Failure(of) => self.failures.push(of),
+            Made::Failure(failure) => self.failures.push(failure),
             Made::FailureInYade { name, end } => {
-                if let Some(of) = self.failures.iter_mut().find(|of| of.name == name) {
-                    of.yade = Some(end);
+                if let Some(failure) = self
+                    .failures
+                    .iter_mut()
+                    .find(|failure| failure.name == name)
+                {
+                    failure.yade = Some(end);
                 }
             }
         }
@@ -463,9 +473,9 @@ impl Map {
     /// failure mode.
     pub fn checks(&self) -> Vec<Check> {
         let rows = self.rows.iter().flat_map(|row| self.checks_of(row));
-        let failures = self.failures.iter().map(|of| {
-            let id = format!("stability/failures/{}", of.name);
-            Check::of_words(id, &of.title, of.outcome, &of.happened).required()
+        let failures = self.failures.iter().map(|failure| {
+            let id = format!("stability/failures/{}", failure.name);
+            Check::of_words(id, &failure.title, failure.outcome, &failure.happened).required()
         });
         rows.chain(failures).collect()
     }

@@ -186,8 +186,8 @@ impl Field {
                 2.0 * self.half_width * pressure * share
             }
             Shape::Punch { lines, .. } => {
-                let of = |(t, force): &(f64, f64)| force * (ka * t).cos();
-                lines.iter().map(of).sum()
+                let term = |(t, force): &(f64, f64)| force * (ka * t).cos();
+                lines.iter().map(term).sum()
             }
         }
     }
@@ -291,8 +291,8 @@ fn chebyshev(index: usize, t: f64) -> f64 {
 }
 
 fn chebyshev_sum(coefficients: &[f64; TERMS], t: f64) -> f64 {
-    let of = |(index, c): (usize, &f64)| c * chebyshev(index, t);
-    coefficients.iter().enumerate().map(of).sum()
+    let term = |(index, c): (usize, &f64)| c * chebyshev(index, t);
+    coefficients.iter().enumerate().map(term).sum()
 }
 
 /// Where the integrands below have fallen by e^{−45} they are zero.
@@ -343,8 +343,13 @@ fn difference((depth, walls): (f64, Option<f64>), x: f64) -> f64 {
     let end = DECAY / (2.0 * depth);
     let Some(width) = walls else {
         let decay = |k: f64| (-2.0 * k * depth).exp();
-        let of = |k: f64| (less_than_open(k) * (k * x).cos() + decay(k)) / k;
-        return integrate(0.0, end, oscillations(end, x.abs() + 2.0 * depth), of);
+        let integrand = |k: f64| (less_than_open(k) * (k * x).cos() + decay(k)) / k;
+        return integrate(
+            0.0,
+            end,
+            oscillations(end, x.abs() + 2.0 * depth),
+            integrand,
+        );
     };
     // Σ cos(2πmx/width)/m = −ln(2 sin(π|x|/width)); near the load that is −ln|x|.
     let angle = PI * x.abs() / width;
@@ -472,16 +477,16 @@ mod tests {
         let field = Field::new(Model::HalfSpace, PUNCH);
         close(field.pressure(0.0), 2.0 / PI * 44.4e3, 1e-6);
         for [x, z] in PLACES {
-            let of = |part: fn(f64, f64) -> f64| {
+            let integral = |part: fn(f64, f64) -> f64| {
                 integrate(0.0, PI, 20, |angle| {
                     let x = x - 0.0225 * angle.cos();
                     2.0 * 1998.0 / (PI * PI) * part(x, z) / (x * x + z * z).powi(2)
                 })
             };
             let stress = field.stress(x, z);
-            close(stress.zz, of(|_, z| z.powi(3)), 1e-8);
-            close(stress.xx, of(|x, z| x * x * z), 1e-8);
-            close(stress.xz, of(|x, z| x * z * z), 1e-8);
+            close(stress.zz, integral(|_, z| z.powi(3)), 1e-8);
+            close(stress.xx, integral(|x, z| x * x * z), 1e-8);
+            close(stress.xz, integral(|x, z| x * z * z), 1e-8);
         }
     }
 
@@ -556,7 +561,7 @@ mod tests {
                 let scale = 2.0 * h * 44.4e3;
                 close((east.xx - west.xx + down.xz - up.xz) / scale, 0.0, 2e-3);
                 close((east.xz - west.xz + down.zz - up.zz) / scale, 0.0, 2e-3);
-                let sum = |of: Components| of.xx + of.zz;
+                let sum = |stress: Components| stress.xx + stress.zz;
                 let laplace = sum(east) + sum(west) + sum(down) + sum(up) - 4.0 * sum(at(0.0, 0.0));
                 close(laplace / (h * h * 44.4e3), 0.0, 5e-3);
             }

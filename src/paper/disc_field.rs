@@ -174,7 +174,7 @@ impl DiscField {
     /// that is left is halved between the two.
     fn extensive(&self) -> Matrix2<f64> {
         let terms = self.loads.iter();
-        let sum: Matrix2<f64> = terms.map(|of| of.point * of.force.transpose()).sum();
+        let sum: Matrix2<f64> = terms.map(|load| load.point * load.force.transpose()).sum();
         0.5 * (sum + sum.transpose())
     }
 
@@ -208,8 +208,8 @@ fn unit(angle: f64) -> Vector2<f64> {
 }
 
 /// A quarter of a turn counterclockwise from it.
-fn left_of(of: Vector2<f64>) -> Vector2<f64> {
-    Vector2::new(-of.y, of.x)
+fn left_of(vector: Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-vector.y, vector.x)
 }
 
 #[cfg(test)]
@@ -359,7 +359,7 @@ mod tests {
         assert!(relative(disc, field.contact_average()) < 1e-14);
         // The assumption of section 3.3 fails by these ratios.
         for (i, ratios) in [(0, [0.82633, 0.64900]), (1, [1.43777, 1.12922])] {
-            let found = [cell, disc].map(|of| square[(i, i)] / of[(i, i)]);
+            let found = [cell, disc].map(|average| square[(i, i)] / average[(i, i)]);
             let near = |(found, ratio): (&f64, f64)| (found - ratio).abs() < 1e-5;
             assert!(found.iter().zip(ratios).all(near), "{i}: {found:?}");
         }

@@ -149,7 +149,7 @@ pub const PRINTED: &[Printed] = &[
 ];
 
 pub fn printed(id: &str) -> Option<&'static Printed> {
-    PRINTED.iter().find(|of| of.id == id)
+    PRINTED.iter().find(|figure| figure.id == id)
 }
 
 /// H, m.
@@ -179,12 +179,12 @@ pub struct Parts {
 
 /// The row of a control point by its name.
 pub fn table_4(point: &str) -> Option<Parts> {
-    let of = |column: &str| Some(printed(&format!("table-4/{column}/{point}"))?.value);
+    let value = |column: &str| Some(printed(&format!("table-4/{column}/{point}"))?.value);
     Some(Parts {
-        weight: of("weight")?,
-        load: of("load")?,
-        stress: of("stress")?,
-        extensive: of("extensive")?,
+        weight: value("weight")?,
+        load: value("load")?,
+        stress: value("stress")?,
+        extensive: value("extensive")?,
     })
 }
 
@@ -243,13 +243,13 @@ pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
         unit,
         reason: "printed",
     };
-    let of_stress = |id: &str, title: &str, of| {
-        let values = match of {
+    let of_stress = |id: &str, title: &str, kind| {
+        let values = match kind {
             Of::Mean => STRESSES,
             Of::Variation => [1.0; 3],
             Of::ShareAbove(_) => [E_TO_MINUS_2; 3],
         };
-        let (place, what, unit, reason) = match of {
+        let (place, what, unit, reason) = match kind {
             Of::Mean => (T4, "local_zz", "Pa", TENTH),
             _ => ("section 4.2, Figure 5", "grain_zz", "1", SPREAD),
         };
@@ -259,7 +259,7 @@ pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
             title: format!("{title} at {point}"),
             place,
             key: format!("loaded.stress.{point}.{what}"),
-            of,
+            of: kind,
             value,
             tolerance: 0.1 * value,
             unit,
@@ -283,5 +283,5 @@ pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
 });
 
 pub fn published(id: &str) -> Option<&'static Published> {
-    PUBLISHED.iter().find(|of| of.id == id)
+    PUBLISHED.iter().find(|figure| figure.id == id)
 }

@@ -115,30 +115,30 @@ pub fn of_piles() -> Vec<Number> {
         2 * a + b == 2 * e + d
     };
     let count = |holds: &dyn Fn(&&[u32; 5]) -> bool| balanced.iter().filter(holds).count() as f64;
-    let of = |id: &str, what: &str, value: f64| Number::of(id, what, value, how);
+    let number = |id: &str, what: &str, value: f64| Number::of(id, what, value, how);
     let all = piles::all_loads().count() as f64;
     let mut numbers = vec![
-        of("piles/loads", "variations of 6 loads over 5 piles", all).known(
+        number("piles/loads", "variations of 6 loads over 5 piles", all).known(
             7776.0,
             "misprint: 6⁵ is 7776; a digit is wrong in the text, 50 too few; nothing else uses it",
         ),
-        of("piles/balanced", "cases with 5 units in all", total),
+        number("piles/balanced", "cases with 5 units in all", total),
     ];
     for (row, subclass) in table.iter().enumerate() {
         let what = format!("cases of the {} subclass, of 126", subclass.name);
         let id = format!("table-1/{}", row + 1);
-        numbers.push(of(&id, &what, f64::from(subclass.cases)));
+        numbers.push(number(&id, &what, f64::from(subclass.cases)));
     }
     let classes = subclasses.len() as f64;
-    numbers.push(of("table-1/subclasses", "subclasses", classes));
-    let add = |id: &str, what: &str, value: f64| of(&format!("piles/{id}"), what, value);
+    numbers.push(number("table-1/subclasses", "subclasses", classes));
+    let add = |id: &str, what: &str, value: f64| number(&format!("piles/{id}"), what, value);
     let over = |one: &str, other: &str, ratio: f64| {
         let id = format!("{one}-over-{other}").replace("most ", "");
         add(&id, &format!("{one} over {other}"), ratio)
     };
-    let chance = |of: &str, what: &str, cases: f64| {
-        let words = format!("chance of the {of} {what}");
-        add(&format!("chance-{of}"), &words, cases / total)
+    let chance = |case: &str, what: &str, cases: f64| {
+        let words = format!("chance of the {case} {what}");
+        add(&format!("chance-{case}"), &words, cases / total)
     };
     let what = "cases of each most likely subclass";
     let left = "cases left by a moment balance";
@@ -203,20 +203,20 @@ pub fn of_disc() -> Vec<Number> {
     let sums = -figure_4().average_over_disc() * particle;
     let (xx, xz, zz) = (sums[(0, 0)], sums[(0, 1)], sums[(1, 1)]);
     let field = "elastic stress field integrated over the disc";
-    let of = |id: &str, what: &str, value: f64, how: &str| {
+    let number = |id: &str, what: &str, value: f64, how: &str| {
         Number::of(&format!("table-3/{id}"), what, value, how)
     };
     let integrated = "integration";
     vec![
-        of("volume", "total volume", volume, integrated),
-        of("particle-volume", "particle volume", particle, integrated),
-        of("porosity", "porosity", 1.0 - particle / volume, integrated),
-        of("sum-zz", "Σ_zz", zz, field),
-        of("stress-zz", "σ_zz", zz / volume, field),
-        of("sum-xx", "Σ_xx", xx, field),
-        of("stress-xx", "σ_xx", xx / volume, field),
-        of("sum-xy", "Σ_xy", xz, field),
-        of("stress-xy", "σ_xy", xz / volume, field),
+        number("volume", "total volume", volume, integrated),
+        number("particle-volume", "particle volume", particle, integrated),
+        number("porosity", "porosity", 1.0 - particle / volume, integrated),
+        number("sum-zz", "Σ_zz", zz, field),
+        number("stress-zz", "σ_zz", zz / volume, field),
+        number("sum-xx", "Σ_xx", xx, field),
+        number("stress-xx", "σ_xx", xx / volume, field),
+        number("sum-xy", "Σ_xy", xz, field),
+        number("stress-xy", "σ_xy", xz / volume, field),
         Number::of(
             "eq-8/stacked",
             "Σ_zz of two stacked discs over the sum of theirs",
@@ -279,11 +279,11 @@ pub fn of_continuum() -> Vec<Number> {
     for ((point, offset), known) in POINTS.into_iter().zip(OFFSETS).zip(as_printed_is) {
         let load = strip_load(PRESSURE, HALF_WIDTH, offset, DEPTH);
         let both = "weighed discs plus Flamant's integral";
-        let of = |column: &str, what: &str, value: f64, how: &str| {
+        let number = |column: &str, what: &str, value: f64, how: &str| {
             let id = format!("table-4/{column}/{point}");
             Number::of(&id, &format!("{what} at {point}"), value, how)
         };
-        let mut sum = of("stress", "σ_zz", weight + load, both);
+        let mut sum = number("stress", "σ_zz", weight + load, both);
         if let Some(row) = table_4(point)
             && (row.weight + row.load - row.stress).abs() > sum.rounding
         {
@@ -302,15 +302,15 @@ pub fn of_continuum() -> Vec<Number> {
         let as_printed = Number {
             id: format!("eq-3/as-printed/{point}"),
             place: "Eq. 3".to_owned(),
-            ..of("load", "Eq. 3 as printed against Table 4", formula, how)
+            ..number("load", "Eq. 3 as printed against Table 4", formula, how)
         };
         let weighing = "weighing discs on a lattice of porosity n, counted above the depth";
         let integrating = "Flamant's line load integrated over the strip";
         numbers.extend([
-            of("weight", "σ_g,zz", weight, weighing),
-            of("load", "σ_p,zz", load, integrating),
+            number("weight", "σ_g,zz", weight, weighing),
+            number("load", "σ_p,zz", load, integrating),
             sum,
-            of("extensive", "Σ_zz", (weight + load) * CONTROL_VOLUME, both),
+            number("extensive", "Σ_zz", (weight + load) * CONTROL_VOLUME, both),
             as_printed.known(known, &misprint),
         ]);
     }
@@ -350,16 +350,16 @@ pub fn of_bed() -> Vec<Number> {
     let solid = 5000.0 * mean_solid_area();
     let how = "area of 5,000 discs over a box 1 m wide";
     let porosity_at = |height: f64| 1.0 - solid / height;
-    let of = |id: &str, what: &str, value: f64| Number::of(id, what, value, how);
+    let number = |id: &str, what: &str, value: f64| Number::of(id, what, value, how);
     let what = "porosity n at the upper end, H = 0.47 m";
     let upper = Number {
         id: "bed/porosity-at-the-upper-end".to_owned(),
-        ..of("bed/porosity", what, porosity_at(0.47))
+        ..number("bed/porosity", what, porosity_at(0.47))
     };
     let what = "porosity n at the published height H = 0.46 m";
-    let porosity = of("bed/porosity", what, porosity_at(HEIGHT));
+    let porosity = number("bed/porosity", what, porosity_at(HEIGHT));
     let what = "height H at the published porosity n = 0.17";
-    let height = of("bed/height", what, solid / (1.0 - POROSITY));
+    let height = number("bed/height", what, solid / (1.0 - POROSITY));
     vec![
         porosity.known(
             0.145_594_93,
@@ -407,9 +407,11 @@ fn sum_of(terms: u32) -> Vec<f64> {
 fn moments(sum: &[f64], terms: u32) -> (f64, f64) {
     let middle = 0.5 * f64::from(terms);
     let place = |index: usize| STEP * (index as f64 + middle);
-    let weighed = |of: &dyn Fn(f64) -> f64| -> f64 {
+    let weighed = |value: &dyn Fn(f64) -> f64| -> f64 {
         let parts = sum.iter().enumerate();
-        parts.map(|(index, weight)| of(place(index)) * weight).sum()
+        parts
+            .map(|(index, weight)| value(place(index)) * weight)
+            .sum()
     };
     let mean = weighed(&|at| at);
     (mean, weighed(&|at| (at - mean).powi(2)).sqrt())
@@ -417,7 +419,7 @@ fn moments(sum: &[f64], terms: u32) -> (f64, f64) {
 
 /// Sections 3.3 and 5: the exponential law, and sums of it by convolving the law with itself on a grid.
 pub fn of_sums() -> Vec<Number> {
-    let of =
+    let number =
         |id: String, place: &str, what: &str, [published, within, value]: [f64; 3], how: &str| {
             let number = Number {
                 id,
@@ -431,7 +433,7 @@ pub fn of_sums() -> Vec<Number> {
         };
     let law = |id: &str, what: &str, value: f64| {
         let (id, how) = (format!("eq-7/{id}"), "numerical integration of the density");
-        of(id, "Eq. 7, section 3.3", what, [1.0, 1e-9, value], how)
+        number(id, "Eq. 7, section 3.3", what, [1.0, 1e-9, value], how)
     };
     let density = |x: f64| (-x).exp();
     let whole = integrate(0.0, LENGTH, 60, density);
@@ -449,7 +451,7 @@ pub fn of_sums() -> Vec<Number> {
         let count = f64::from(terms);
         let mut add = |id: &str, what: String, values: [f64; 3]| {
             let id = format!("section-5/{id}/{terms}");
-            numbers.push(of(id, "section 5", &what, values, &how));
+            numbers.push(number(id, "section 5", &what, values, &how));
         };
         let what = format!("mean over Vσ of {terms} cells");
         add("mean", what, [1.0, grid, mean / count]);

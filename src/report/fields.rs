@@ -166,7 +166,7 @@ pub fn bulbs(setup: &Setup) -> Drawing {
         for point in lines.iter_mut().flatten() {
             *point = place(*point);
         }
-        let closed = |of: &Vec<[f64; 2]>| line(of.iter().map(|place| on(*place))) + "Z";
+        let closed = |contour: &Vec<[f64; 2]>| line(contour.iter().map(|place| on(*place))) + "Z";
         let path: String = lines.iter().map(closed).collect();
         let share = (LEVELS.len() - index) as f64 / LEVELS.len() as f64;
         let fill = colour(&BLUES, share);

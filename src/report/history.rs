@@ -22,34 +22,41 @@ impl History {
         let name = |at: usize| Cell::Code(short(&self.names[at]));
         let told = |at: usize| subject(&self.names[at]);
         let is_moved = Changed::is_as_good;
-        let outcomes = self.changes.iter().filter(|(_, of)| !is_moved(of));
-        let value = |of: &Option<Check>| of.as_ref().and_then(|of| of.value);
-        let limit = |of: &Changed, side: fn(&Check) -> Option<f64>| {
-            let of = of.after.as_ref().or(of.before.as_ref());
-            of.and_then(side)
+        let outcomes = self
+            .changes
+            .iter()
+            .filter(|(_, changed)| !is_moved(changed));
+        let value = |checked: &Option<Check>| checked.as_ref().and_then(|check| check.value);
+        let limit = |changed: &Changed, side: fn(&Check) -> Option<f64>| {
+            let check = changed.after.as_ref().or(changed.before.as_ref());
+            check.and_then(side)
         };
         let checks = Table::of("changes", "Checks that came to another outcome", outcomes)
             .column("record", |(at, _)| name(*at))
             .column("subject", |(at, _)| told(*at))
-            .column("change", |(_, of)| of.change.words())
-            .column("check", |(_, of)| Cell::Code(of.id.clone()))
-            .column("before", |(_, of)| value(&of.before))
-            .column("then", |(_, of)| value(&of.after))
-            .column("at least", |(_, of)| limit(of, |of| of.lower))
-            .column("at most", |(_, of)| limit(of, |of| of.upper));
+            .column("change", |(_, changed)| changed.change.words())
+            .column("check", |(_, changed)| Cell::Code(changed.id.clone()))
+            .column("before", |(_, changed)| value(&changed.before))
+            .column("then", |(_, changed)| value(&changed.after))
+            .column("at least", |(_, changed)| {
+                limit(changed, |check| check.lower)
+            })
+            .column("at most", |(_, changed)| {
+                limit(changed, |check| check.upper)
+            });
         let steps = Table::of("steps", "Speeds that changed", &self.steps)
-            .column("record", |of| name(of.at))
-            .column("subject", |of| told(of.at))
-            .column("speed", |of| of.pace.words())
-            .column("what", |of| &of.what)
-            .column("times the cost", |of| rounded(of.cost, 4))
-            .column("seen in the next record", |of| match of.confirmed {
+            .column("record", |step| name(step.at))
+            .column("subject", |step| told(step.at))
+            .column("speed", |step| step.pace.words())
+            .column("what", |step| &step.what)
+            .column("times the cost", |step| rounded(step.cost, 4))
+            .column("seen in the next record", |step| match step.confirmed {
                 true => "yes",
                 false => "there is none yet",
             });
         let moved = |at: usize| {
-            let of = self.changes.iter().filter(|(of, _)| *of == at);
-            of.filter(|(_, of)| is_moved(of)).count()
+            let changes = self.changes.iter().filter(|(record, _)| *record == at);
+            changes.filter(|(_, changed)| is_moved(changed)).count()
         };
         let moves = (0..self.names.len()).filter(|at| moved(*at) > 0);
         let title = "Checks whose value moved and outcome did not";
@@ -58,7 +65,7 @@ impl History {
             .column("subject", told)
             .column("checks", |at| moved(at) as f64);
         let tables = [Table::from(checks), steps.into(), moves.into()];
-        let tables = tables.into_iter().filter(|of| !of.rows.is_empty());
+        let tables = tables.into_iter().filter(|table| !table.rows.is_empty());
         let tables: Vec<Table> = tables.map(Table::without_empty_columns).collect();
         let words = if tables.is_empty() { "Nothing." } else { "" };
         let mut sections = vec![Section::new("What changed", words).with_all(tables)];
@@ -80,9 +87,13 @@ impl History {
     }
 
     fn answer(&self) -> String {
-        let of = self.changes.iter();
-        let changes = |change: Change| of.clone().filter(|(_, of)| of.change == change).count();
-        let pace = |pace: Pace| self.steps.iter().filter(|of| of.pace == pace).count();
+        let all = self.changes.iter();
+        let changes = |change: Change| {
+            all.clone()
+                .filter(|(_, changed)| changed.change == change)
+                .count()
+        };
+        let pace = |pace: Pace| self.steps.iter().filter(|step| step.pace == pace).count();
         let [new, worse, repaired] =
             [Change::NewFailure, Change::WorseFailure, Change::Fixed].map(changes);
         let failures = new + worse;
@@ -94,25 +105,31 @@ impl History {
     }
 
     fn charts(&self) -> Drawing {
-        let values = self.series.iter().flat_map(|of| {
-            let values = of.values.iter().enumerate();
-            values.filter_map(move |(at, value)| Some((of, at, value.as_ref()?)))
+        let values = self.series.iter().flat_map(|series| {
+            let values = series.values.iter().enumerate();
+            values.filter_map(move |(at, value)| Some((series, at, value.as_ref()?)))
         });
-        let changed = |of: &Series, at: usize| if of.changed.contains(&at) { "yes" } else { "" };
+        let changed = |series: &Series, at: usize| {
+            if series.changed.contains(&at) {
+                "yes"
+            } else {
+                ""
+            }
+        };
         let table = Table::of("history", "", values)
-            .column("quantity", |(of, ..)| &of.name)
+            .column("quantity", |(series, ..)| &series.name)
             .column("record", |(_, at, _)| Cell::Code(self.names[at].clone()))
             .column("value", |(.., value)| value.value)
             .column("from", |(.., value)| value.between[0])
             .column("to", |(.., value)| value.between[1])
-            .column("changed", |(of, at, _)| changed(of, at));
+            .column("changed", |(series, at, _)| changed(series, at));
         let mut svg = String::new();
         let mut below = 0.0;
-        for (index, of) in self.series.iter().take(MOST).enumerate() {
-            let [column, row] = [index % ACROSS, index / ACROSS].map(|of| of as f64);
+        for (index, series) in self.series.iter().take(MOST).enumerate() {
+            let [column, row] = [index % ACROSS, index / ACROSS].map(|number| number as f64);
             let left = LEFT + column * (PANEL[0] + LEFT + ROOM[0]);
             let top = 30.0 + row * (PANEL[1] + ROOM[1]);
-            svg += &self.chart(of, [left, top]);
+            svg += &self.chart(series, [left, top]);
             below = top + PANEL[1] + 26.0;
         }
         let width = (PANEL[0] + LEFT + ROOM[0]) * ACROSS as f64;
@@ -125,12 +142,13 @@ impl History {
         }
     }
 
-    fn chart(&self, of: &Series, [left, top]: [f64; 2]) -> String {
-        let numbers = of.values.iter().flatten();
-        let numbers = numbers.flat_map(|of| [Some(of.value), of.between[0], of.between[1]]);
-        let finite = numbers.flatten().filter(|of| of.is_finite());
-        let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], of| {
-            [low.min(of), high.max(of)]
+    fn chart(&self, series: &Series, [left, top]: [f64; 2]) -> String {
+        let numbers = series.values.iter().flatten();
+        let numbers =
+            numbers.flat_map(|value| [Some(value.value), value.between[0], value.between[1]]);
+        let finite = numbers.flatten().filter(|number| number.is_finite());
+        let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], number| {
+            [low.min(number), high.max(number)]
         });
         let ends = match ends {
             [low, high] if low < high => ends,
@@ -146,8 +164,8 @@ impl History {
             PANEL[0], PANEL[1]
         );
         let fits = (PANEL[0] / LETTER) as usize;
-        let unit = if of.unit.is_empty() { "" } else { ", " };
-        let words = format!("{}{unit}{}", of.name, of.unit);
+        let unit = if series.unit.is_empty() { "" } else { ", " };
+        let words = format!("{}{unit}{}", series.name, series.unit);
         let letters = words.chars().count();
         // Ids differ in their last words.
         let title = match letters.checked_sub(fits) {
@@ -156,33 +174,33 @@ impl History {
         };
         svg += &text([left, top - 8.0], "start", &title);
         let made = || {
-            let of = of.values.iter().enumerate();
-            of.filter_map(|(at, of)| of.map(|of| (at as f64, of)))
+            let values = series.values.iter().enumerate();
+            values.filter_map(|(at, entry)| entry.map(|value| (at as f64, value)))
         };
-        let shown = || made().filter(|(_, of)| of.value.is_finite());
+        let shown = || made().filter(|(_, value)| value.value.is_finite());
         for side in [0, 1] {
-            let limit = |(at, of): (f64, Value)| {
-                let of = of.between[side].filter(|of| of.is_finite())?;
-                Some([x.place(at), y.place(of)])
+            let limit = |(at, value): (f64, Value)| {
+                let end = value.between[side].filter(|end| end.is_finite())?;
+                Some([x.place(at), y.place(end)])
             };
-            if !of.is_speed {
+            if !series.is_speed {
                 let path = line(made().filter_map(limit));
                 svg += &format!(
                     "<path fill=\"none\" stroke=\"{grey}\" stroke-dasharray=\"6 4\" d=\"{path}\"/>"
                 );
             }
         }
-        let path = line(shown().map(|(at, of)| [x.place(at), y.place(of.value)]));
+        let path = line(shown().map(|(at, value)| [x.place(at), y.place(value.value)]));
         svg +=
             &format!("<path fill=\"none\" stroke=\"{blue}\" stroke-width=\"1.8\" d=\"{path}\"/>");
         for (at, value) in shown() {
-            let [from, to] = value.between.map(|of| of.map(|of| y.place(of)));
+            let [from, to] = value.between.map(|end| end.map(|number| y.place(number)));
             let at_x = x.place(at);
-            if let (true, Some(from), Some(to)) = (of.is_speed, from, to) {
+            if let (true, Some(from), Some(to)) = (series.is_speed, from, to) {
                 svg += &format!("<path stroke=\"{blue}\" d=\"M{at_x:.1} {from:.1}V{to:.1}\"/>");
             }
             let at_y = y.place(value.value);
-            let ring = match of.changed.contains(&(at as usize)) {
+            let ring = match series.changed.contains(&(at as usize)) {
                 true => format!("r=\"5\" fill=\"#fff\" stroke=\"{red}\" stroke-width=\"2\""),
                 false => format!("r=\"2.2\" fill=\"{blue}\""),
             };
@@ -194,7 +212,7 @@ impl History {
         let floor = top + PANEL[1] + 16.0;
         // The names of the first record and of the last change: more find no room.
         svg += &text([left, floor], "start", &short(&self.names[0]));
-        if let Some(at) = of.changed.last().filter(|at| **at > 0) {
+        if let Some(at) = series.changed.last().filter(|at| **at > 0) {
             let place = x.place(*at as f64);
             let (place, anchor) = match place > left + 0.7 * PANEL[0] {
                 true => (left + PANEL[0], "end"),

@@ -119,7 +119,9 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
     let link = |id: &str, title: &str| format!("<a href=\"#{id}\">{}</a>", words(title));
     let numbered = || (1..).map(|at| format!("section-{at}")).zip(sections);
     if sections.len() > 2 {
-        let mut links: String = numbered().map(|(id, of)| link(&id, &of.title)).collect();
+        let mut links: String = numbered()
+            .map(|(id, section)| link(&id, &section.title))
+            .collect();
         if !checks.is_empty() {
             links += &link("checks", "Every check");
         }
@@ -160,8 +162,10 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
             Block::Heading(text) => Err(format!("<h3>{}</h3>\n", words(text))),
             Block::Text(text) => Err(format!("<p>{}</p>\n", words(text))),
             Block::Table(table) => Err(with_file(page, table)),
-            Block::Plot(of) => Ok(figure(page, &of.caption, &svg(of), &of.table())),
-            Block::Drawing(of) => Ok(figure(page, &of.caption, &of.svg, &of.table)),
+            Block::Plot(plot) => Ok(figure(page, &plot.caption, &svg(plot), &plot.table())),
+            Block::Drawing(drawing) => {
+                Ok(figure(page, &drawing.caption, &drawing.svg, &drawing.table))
+            }
             Block::Tiles(tiles) => Err(tiles_html(tiles)),
         };
         // Pictures one after another stand side by side where there is room.
@@ -181,7 +185,7 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
             Block::Table(table) => Some(table.title.as_str()),
             _ => None,
         });
-        let summary = titles.find(|of| !of.is_empty()).unwrap_or("Details");
+        let summary = titles.find(|title| !title.is_empty()).unwrap_or("Details");
         let summary = words(summary);
         inner = format!("<details><summary>{summary}</summary>\n{inner}</details>\n");
     }
@@ -189,12 +193,12 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
 }
 
 fn tiles_html(tiles: &[Tile]) -> String {
-    let tile = |of: &Tile| {
-        let figure = match of.figure.as_str() {
+    let tile = |tile: &Tile| {
+        let figure = match tile.figure.as_str() {
             "" => String::new(),
             figure => format!("<strong>{}</strong>", words(figure)),
         };
-        let (page, title, words) = (of.page, words(&of.title), words(&of.words));
+        let (page, title, words) = (tile.page, words(&tile.title), words(&tile.words));
         format!("<a class=\"tile\" href=\"{page}.html\"><span>{title}</span>{figure}{words}</a>\n")
     };
     let all: String = tiles.iter().map(tile).collect();
@@ -234,7 +238,7 @@ pub fn terminal(document: &Document) -> String {
         if !section.answer.is_empty() {
             text += &format!("{}\n", section.answer);
         }
-        let tile = |of: &Tile| format!("{}: {} {}\n", of.title, of.figure, of.words);
+        let tile = |tile: &Tile| format!("{}: {} {}\n", tile.title, tile.figure, tile.words);
         for block in &section.blocks {
             text += &match block {
                 Block::Heading(words) => format!("\n{words}\n"),
@@ -242,8 +246,10 @@ pub fn terminal(document: &Document) -> String {
                 Block::Table(table) => {
                     format!("\n{}", table.clone().without_empty_columns().text())
                 }
-                Block::Plot(of) => format!("[picture {}: {}]\n", of.name, of.caption),
-                Block::Drawing(of) => format!("[picture {}: {}]\n", of.table.name, of.caption),
+                Block::Plot(plot) => format!("[picture {}: {}]\n", plot.name, plot.caption),
+                Block::Drawing(drawing) => {
+                    format!("[picture {}: {}]\n", drawing.table.name, drawing.caption)
+                }
                 Block::Tiles(tiles) => tiles.iter().map(tile).collect(),
             };
         }
@@ -271,10 +277,10 @@ pub fn markdown(document: &Document) -> String {
         text += &format!("\n{}.\n", Tally::of(checks));
     }
     let listed = |outcome: Outcome| {
-        let of = of_outcome(checks, outcome);
-        let rows = short_table(&of).markdown(MOST_CHECKS);
-        let list = format!("\n### {} ({})\n\n{rows}", outcome.word(), of.len());
-        (!of.is_empty()).then_some(list)
+        let matching = of_outcome(checks, outcome);
+        let rows = short_table(&matching).markdown(MOST_CHECKS);
+        let list = format!("\n### {} ({})\n\n{rows}", outcome.word(), matching.len());
+        (!matching.is_empty()).then_some(list)
     };
     text.extend(listed(Outcome::Fail));
     for section in sections.iter().filter(|section| !section.details) {
@@ -300,8 +306,8 @@ pub fn markdown(document: &Document) -> String {
 }
 
 fn of_outcome(checks: &[Check], outcome: Outcome) -> Vec<&Check> {
-    let of = checks.iter().filter(|of| of.outcome == outcome);
-    of.collect()
+    let matching = checks.iter().filter(|check| check.outcome == outcome);
+    matching.collect()
 }
 
 /// A line a check, failures first; those that passed, and more than some of one kind, only where `all` are wanted.
@@ -316,9 +322,9 @@ pub fn check_lines(checks: &[Check], all: bool) -> String {
         if outcome == Outcome::Pass && !all {
             continue;
         }
-        let of = of_outcome(checks, outcome);
+        let matching = of_outcome(checks, outcome);
         let most = if all { usize::MAX } else { most };
-        for check in of.iter().take(most) {
+        for check in matching.iter().take(most) {
             let line = check.in_a_line();
             // The key of a measure is its title too.
             let said = match line.strip_prefix(&check.quantity) {
@@ -327,8 +333,8 @@ pub fn check_lines(checks: &[Check], all: bool) -> String {
             };
             text += &format!("{:>16} {}{said}\n", outcome.word(), check.id);
         }
-        if of.len() > most {
-            let (word, rest) = (outcome.word(), of.len() - most);
+        if matching.len() > most {
+            let (word, rest) = (outcome.word(), matching.len() - most);
             text += &format!("{word:>16} … and {rest} more\n");
         }
     }
@@ -338,7 +344,7 @@ pub fn check_lines(checks: &[Check], all: bool) -> String {
 /// Checks by their names and sentences.
 fn short_table(checks: &[&Check]) -> Table {
     Table::of("", "", checks.iter().copied())
-        .column("check", |of| Cell::Code(of.id.clone()))
+        .column("check", |check| Cell::Code(check.id.clone()))
         .column("found", Check::in_a_line)
         .into()
 }
@@ -346,22 +352,24 @@ fn short_table(checks: &[&Check]) -> Table {
 impl Table {
     /// All that is known of checks, a row each.
     pub fn of_checks(name: &str, checks: &[Check]) -> Table {
-        let text = |of: &str| Some(of.to_owned()).filter(|of| !of.is_empty());
+        let text = |text: &str| Some(text.to_owned()).filter(|owned| !owned.is_empty());
         Table::of(name, "", checks)
-            .column("outcome", |of| of.outcome)
-            .column("id", |of| Cell::Code(of.id.clone()))
-            .column("quantity", |of| text(&of.quantity))
-            .column("unit", |of| text(&of.unit))
-            .column("value", |of| of.value)
-            .column("expected", |of| of.expected)
-            .column("lower", |of| of.lower)
-            .column("upper", |of| of.upper)
-            .column("n", |of| of.n)
-            .column("interval_low", |of| of.interval.map(|[low, _]| low))
-            .column("interval_high", |of| of.interval.map(|[_, high]| high))
-            .column("method", |of| text(&of.method))
-            .column("basis", |of| text(&of.basis))
-            .column("found", |of| text(&of.found))
+            .column("outcome", |check| check.outcome)
+            .column("id", |check| Cell::Code(check.id.clone()))
+            .column("quantity", |check| text(&check.quantity))
+            .column("unit", |check| text(&check.unit))
+            .column("value", |check| check.value)
+            .column("expected", |check| check.expected)
+            .column("lower", |check| check.lower)
+            .column("upper", |check| check.upper)
+            .column("n", |check| check.n)
+            .column("interval_low", |check| check.interval.map(|[low, _]| low))
+            .column("interval_high", |check| {
+                check.interval.map(|[_, high]| high)
+            })
+            .column("method", |check| text(&check.method))
+            .column("basis", |check| text(&check.basis))
+            .column("found", |check| text(&check.found))
             .into()
     }
 }
@@ -440,7 +448,10 @@ mod tests {
         let rows =
             "### FAIL (1)\n\n| check | found |\n| --- | --- |\n| `a/bad` | height; \\<it\\> |\n";
         let first = text.find(rows).expect("what failed");
-        assert!(text.find("| 1 |").is_some_and(|of| of > first), "{text}");
+        assert!(
+            text.find("| 1 |").is_some_and(|place| place > first),
+            "{text}"
+        );
     }
 
     #[test]

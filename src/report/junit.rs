@@ -98,7 +98,7 @@ mod tests {
         let text = junit("crossgrain", &checks());
         let read = roxmltree::Document::parse(&text).expect("XML");
         let root = read.root_element();
-        let counts = ["tests", "failures", "errors", "skipped"].map(|of| root.attribute(of));
+        let counts = ["tests", "failures", "errors", "skipped"].map(|name| root.attribute(name));
         assert_eq!(counts, ["4", "1", "0", "2"].map(Some));
         let all = |name: &'static str| {
             let nodes = read.descendants();
@@ -123,8 +123,8 @@ mod tests {
         assert_eq!(read.root_element().attribute("errors"), Some("1"));
         let mut nodes = read.descendants();
         let error = nodes.find(|node| node.has_tag_name("error"));
-        let of = |name: &str| error.and_then(|node| node.attribute(name));
-        assert_eq!(of("type"), Some("exit code 2"));
-        assert!(of("message").is_some_and(|of| of.contains("no such scene")));
+        let attribute = |name: &str| error.and_then(|node| node.attribute(name));
+        assert_eq!(attribute("type"), Some("exit code 2"));
+        assert!(attribute("message").is_some_and(|text| text.contains("no such scene")));
     }
 }

@@ -121,26 +121,26 @@ pub fn document(run: &RunFolder, share: Option<f64>) -> Document {
     ];
     let moments = moments
         .into_iter()
-        .filter_map(|(name, of)| Some((name, of?)));
+        .filter_map(|(name, moment)| Some((name, moment?)));
     let moments: Vec<(&str, &Moment)> = moments.collect();
     let drawn: Vec<(Bed<'_>, Option<f64>, String)> = moments
         .iter()
-        .filter(|(_, of)| of.bodies.len() <= MOST_DRAWN)
-        .map(|(name, of)| {
+        .filter(|(_, moment)| moment.bodies.len() <= MOST_DRAWN)
+        .map(|(name, moment)| {
             let bottom = punch_bottom(run).filter(|_| *name != "settled");
-            (of.bed(), bottom, format!("The bed {name}"))
+            (moment.bed(), bottom, format!("The bed {name}"))
         })
         .collect();
     let stages = Table::of("stages", "Stages", &run.record.stages)
-        .column("stage", |of| of.stage.name())
-        .column("steps", |of| of.steps)
-        .column("time, s", |of| of.steps as f64 * run.record.time_step)
-        .column("processor time, s", |of| of.cpu_seconds);
+        .column("stage", |stage| stage.stage.name())
+        .column("steps", |stage| stage.steps)
+        .column("time, s", |stage| stage.steps as f64 * run.record.time_step)
+        .column("processor time, s", |stage| stage.cpu_seconds);
     let heights = run.record.measures.iter();
     let heights = Table::of("measures", "What was measured", heights)
-        .column("", |of| of.key.replace(['.', '_'], " "))
-        .column("value", |of| of.value)
-        .column("unit", |of| &of.unit);
+        .column("", |measure| measure.key.replace(['.', '_'], " "))
+        .column("value", |measure| measure.value)
+        .column("unit", |measure| &measure.unit);
     let force = Plot::new(
         "force",
         "The punch's force against its depth",

@@ -38,32 +38,32 @@ pub fn pictures(scene: &Scene, beds: &[(Bed<'_>, Option<f64>, String)]) -> Vec<D
 /// A drawing of something of this size, m.
 fn with_margin(size: [f64; 2], label: &str, contents: &str) -> String {
     let contents = format!("<g transform=\"translate(4 4)\">{contents}</g>\n");
-    whole(size.map(|of| 1e3 * of + 8.0), label, &contents)
+    whole(size.map(|length| 1e3 * length + 8.0), label, &contents)
 }
 
 /// The grains of an engine's bed that are farther off than rounding takes them though what is wrong is taken into account,
 /// marked in the state in which they are; nothing where there are none.
 pub fn grains_left(cause: &Cause) -> Option<Drawing> {
     let state = cause.state.as_ref().filter(|_| !cause.left.is_empty())?;
-    let of = Bed {
+    let bed = Bed {
         bodies: &state.bodies,
         contacts: &state.contacts,
     };
-    let across = cause.walls.iter().filter(|of| of.axis == Axis::X);
-    let width = across.map(|of| of.place).fold(0.0, f64::max);
-    let punch = state.punch.map(|of| {
-        let ([x, _], [half, _]) = (of.centre, of.half_extents);
-        [x - half, x + half, of.bottom()]
+    let across = cause.walls.iter().filter(|wall| wall.axis == Axis::X);
+    let width = across.map(|wall| wall.place).fold(0.0, f64::max);
+    let punch = state.punch.map(|punch| {
+        let ([x, _], [half, _]) = (punch.centre, punch.half_extents);
+        [x - half, x + half, punch.bottom()]
     });
-    let strong = strong_force([of]);
-    let top = highest_grain(of.bodies) + 0.02;
-    let mut svg = contents(width, punch, of, strong, top);
-    let place = |id: usize| [of.bodies.x[id], of.bodies.z[id]];
+    let strong = strong_force([bed]);
+    let top = highest_grain(bed.bodies) + 0.02;
+    let mut svg = contents(width, punch, bed, strong, top);
+    let place = |id: usize| [bed.bodies.x[id], bed.bodies.z[id]];
     let mut left = cause.left.clone();
-    left.retain(|id| *id < of.bodies.len());
+    left.retain(|id| *id < bed.bodies.len());
     let colour = Colour::Vermilion.hex();
     for id in &left {
-        let ([x, z], radius) = (place(*id), of.bodies.radius[*id]);
+        let ([x, z], radius) = (place(*id), bed.bodies.radius[*id]);
         let (x, z, radius) = (1e3 * x, 1e3 * (top - z), 1e3 * radius);
         // The ring is seen where the grain is small on the page.
         let _ = write!(
@@ -77,13 +77,13 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
         "Grains that are left in {}, marked: {} of {}",
         cause.left_in,
         left.len(),
-        of.bodies.len()
+        bed.bodies.len()
     );
     let name = format!("left-{}", slug(&cause.law));
     let rows = left.iter().map(|id| ("left", place(*id), None, None, None));
     Some(Drawing {
         svg: with_margin([width, top], &caption, &svg),
-        table: table_of(&name, of, rows),
+        table: table_of(&name, bed, rows),
         caption,
     })
 }
@@ -162,18 +162,18 @@ const NEAR: [f64; 2] = [0.2, 0.22];
 
 /// The bed at the end of loading, with its control points. An error where there are no forces.
 pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
-    let of = bed_of(&bed.last);
-    if of.contacts.is_empty() {
+    let last = bed_of(&bed.last);
+    if last.contacts.is_empty() {
         return Err(Error::Report(
             "the bed has no contacts, so there are no forces to draw".to_owned(),
         ));
     }
     let bottom = bed.last.punch.as_ref().map(Punch::bottom);
-    let top = highest_grain(of.bodies).max(bottom.unwrap_or(0.0)) + 0.03;
-    let strong = strong_force([of]);
+    let top = highest_grain(last.bodies).max(bottom.unwrap_or(0.0)) + 0.03;
+    let strong = strong_force([last]);
     let inner = WIDTH - 2.0 * MARGIN;
     let full_width = bed.scene.container.width;
-    let contents = contents(full_width, punch(&bed.scene, bottom), of, strong, top);
+    let contents = contents(full_width, punch(&bed.scene, bottom), last, strong, top);
     let axis = bed.scene.punch_axis();
     // No more than the bed.
     let half = NEAR[0].min(0.5 * full_width + 0.004);
@@ -208,7 +208,7 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
         let [from, to] = [[x - half, bottom], [x + half, bottom]];
         ("base of the punch", from, Some(to), None, Some(punch.force))
     });
-    let table = table_of("figure-2", of, points.chain(base));
+    let table = table_of("figure-2", last, points.chain(base));
     Ok(Drawing {
         caption: "Force chains under the load".to_owned(),
         svg: whole(size, "Forces between the grains under the punch", &svg),

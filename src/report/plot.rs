@@ -47,7 +47,7 @@ pub fn svg(plot: &Plot) -> String {
     let left = 16.0 + titled + widest(&beside);
     let total = WIDTH[wide].max(left + 380.0);
     let width = total - left - 18.0;
-    let is_square = |of: &Mark| matches!(of.shape, Shape::Cells(..));
+    let is_square = |mark: &Mark| matches!(mark.shape, Shape::Cells(..));
     if plot.marks.iter().any(is_square) {
         height = width;
     }
@@ -90,7 +90,10 @@ fn at_one_name(plot: &Plot) -> usize {
     let mut taken: Vec<f64> = Vec::new();
     let series = || plot.marks.iter().filter_map(Mark::points);
     let share = series().any(|points| {
-        let own: Vec<f64> = points.iter().map(|of| [of.x, of.y][along]).collect();
+        let own: Vec<f64> = points
+            .iter()
+            .map(|point| [point.x, point.y][along])
+            .collect();
         let shares = own.iter().any(|place| taken.contains(place));
         taken.extend(own);
         shares
@@ -101,9 +104,10 @@ fn at_one_name(plot: &Plot) -> usize {
 /// Names that stand on top of a wide drawing.
 fn flags(plot: &Plot) -> usize {
     let named = |mark: &Mark| match &mark.shape {
-        Shape::Points { style, points } if *style != Style::Pale => {
-            points.iter().filter(|of| !of.label.is_empty()).count()
-        }
+        Shape::Points { style, points } if *style != Style::Pale => points
+            .iter()
+            .filter(|point| !point.label.is_empty())
+            .count(),
         _ => 0,
     };
     let marks = plot.marks.iter().filter(|_| plot.wide);
@@ -135,21 +139,21 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
         match &mark.shape {
             Shape::Level(at) => along.push(*at),
             Shape::Line { points, .. } => {
-                xs.extend(points.iter().map(|of| of[0]));
-                ys.extend(points.iter().map(|of| of[1]));
+                xs.extend(points.iter().map(|point| point[0]));
+                ys.extend(points.iter().map(|point| point[1]));
             }
             Shape::Points { points, .. } => {
-                along.extend(points.iter().filter_map(|of| of.interval).flatten());
-                xs.extend(points.iter().map(|of| of.x));
-                ys.extend(points.iter().map(|of| of.y));
+                along.extend(points.iter().filter_map(|point| point.interval).flatten());
+                xs.extend(points.iter().map(|point| point.x));
+                ys.extend(points.iter().map(|point| point.y));
             }
             Shape::Band(points) => {
-                xs.extend(points.iter().map(|of| of[0]));
-                ys.extend(points.iter().flat_map(|of| [of[1], of[2]]));
+                xs.extend(points.iter().map(|point| point[0]));
+                ys.extend(points.iter().flat_map(|point| [point[1], point[2]]));
             }
             Shape::Bars(bars) => {
-                xs.extend(bars.iter().flat_map(|of| [of[0], of[1]]));
-                ys.extend(bars.iter().flat_map(|of| [0.0, of[2]]));
+                xs.extend(bars.iter().flat_map(|bar| [bar[0], bar[1]]));
+                ys.extend(bars.iter().flat_map(|bar| [0.0, bar[2]]));
             }
             // Their axes have a range.
             Shape::Cells(..) | Shape::Words(_) => {}
@@ -157,8 +161,8 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
     }
     let points = || plot.marks.iter().filter_map(Mark::points).flatten();
     let mut ranges = [
-        range(&plot.x, &xs, points().any(|of| of.x == 0.0)),
-        range(&plot.y, &ys, points().any(|of| of.y == 0.0)),
+        range(&plot.x, &xs, points().any(|point| point.x == 0.0)),
+        range(&plot.y, &ys, points().any(|point| point.y == 0.0)),
     ];
     if !plot.x.categories.is_empty() && downwards {
         // Words in the last place of a map stand on its right as all others do.
@@ -372,7 +376,7 @@ impl Drawing<'_> {
                     let mut path = String::new();
                     for ([left, right, low, high], _) in cells {
                         let [[left, top], [right, low]] =
-                            [[*left, *high], [*right, *low]].map(|of| self.place(of));
+                            [[*left, *high], [*right, *low]].map(|corner| self.place(corner));
                         let _ = write!(path, "M{left:.1} {top:.1}H{right:.1}V{low:.1}H{left:.1}Z");
                     }
                     self.marks += &format!(
@@ -419,14 +423,20 @@ impl Drawing<'_> {
     }
 
     /// Points with intervals; on an axis of names several series that share a name stand beside each other.
-    fn points(&mut self, points: &[Point], colour: Colour, style: Style, [series, of]: [usize; 2]) {
+    fn points(
+        &mut self,
+        points: &[Point],
+        colour: Colour,
+        style: Style,
+        [series, count]: [usize; 2],
+    ) {
         let (downwards, hex) = (!self.plot.y.categories.is_empty(), colour.hex());
         let names = [self.plot.x.categories.len(), self.plot.y.categories.len()];
         // In a map of two axes of names each point has its place for itself.
         let apart = |named: usize, length: f64| match names {
             [0, _] | [_, 0] if named > 0 => {
-                (0.7 * length / (named * of) as f64).min(8.0)
-                    * (series as f64 - 0.5 * (of as f64 - 1.0))
+                (0.7 * length / (named * count) as f64).min(8.0)
+                    * (series as f64 - 0.5 * (count as f64 - 1.0))
             }
             _ => 0.0,
         };
@@ -494,21 +504,21 @@ impl Drawing<'_> {
         let mut written: Vec<[f64; 4]> = Vec::new();
         let mut lines: Vec<[[f64; 2]; 2]> = Vec::new();
         let mut far_off = Vec::new();
-        for of in std::mem::take(&mut self.labels) {
+        for name in std::mem::take(&mut self.labels) {
             // In a map of names each has a place for itself, without room to spare.
-            let needed = if of.point.is_some() {
+            let needed = if name.point.is_some() {
                 with_margin
             } else {
                 room
             };
-            let free = |place: &&Place| self.is_free(&needed(&of.words, place));
-            if let Some(place) = of.places.iter().find(free) {
-                let own = room(&of.words, place);
+            let free = |place: &&Place| self.is_free(&needed(&name.words, place));
+            if let Some(place) = name.places.iter().find(free) {
+                let own = room(&name.words, place);
                 self.taken.push(own);
                 written.push(own);
-                svg += &label(of.colour, place.0, place.1, &of.words);
-            } else if let Some(point) = of.point {
-                far_off.push((of, point));
+                svg += &label(name.colour, place.0, place.1, &name.words);
+            } else if let Some(point) = name.point {
+                far_off.push((name, point));
             }
         }
         for (Label { words, colour, .. }, [x, y]) in far_off {
@@ -528,7 +538,7 @@ impl Drawing<'_> {
             };
             let is_clear = |own: &[f64; 4]| {
                 let to_it = line_to(own);
-                !written.iter().any(|of| cuts(to_it, of))
+                !written.iter().any(|other| cuts(to_it, other))
                     && !lines
                         .iter()
                         .any(|line| cuts(*line, own) || cross(*line, to_it))
@@ -561,27 +571,27 @@ impl Drawing<'_> {
     fn flags(&mut self) -> String {
         let [left, top, width, _] = self.area;
         let labels = std::mem::take(&mut self.labels).into_iter();
-        let labels = labels.filter_map(|of| {
-            let [x, y] = of.point?;
-            let begins = x + LETTER * of.words.chars().count() as f64 <= left + width - 6.0;
-            Some((begins, if begins { x } else { -x }, [x, y], of))
+        let labels = labels.filter_map(|name| {
+            let [x, y] = name.point?;
+            let begins = x + LETTER * name.words.chars().count() as f64 <= left + width - 6.0;
+            Some((begins, if begins { x } else { -x }, [x, y], name))
         });
         let mut labels: Vec<_> = labels.collect();
         labels.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let (mut lines, mut names) = (String::new(), String::new());
-        for ((begins, _, [x, y], of), row) in labels.into_iter().zip(1..) {
+        for ((begins, _, [x, y], name), row) in labels.into_iter().zip(1..) {
             let floor = top + FLAG * f64::from(row) - 3.0;
             let (from, anchor) = if begins {
                 (x + 3.0, "start")
             } else {
                 (x - 3.0, "end")
             };
-            let hex = of.colour.hex();
+            let hex = name.colour.hex();
             lines += &format!(
                 "<path stroke=\"{hex}\" stroke-width=\"0.7\" d=\"M{x:.1} {y:.1}V{:.1}\"/>",
                 floor - 10.0
             );
-            names += &label(of.colour, [from, floor], anchor, &of.words);
+            names += &label(name.colour, [from, floor], anchor, &name.words);
         }
         lines + &names
     }
@@ -593,8 +603,9 @@ impl Drawing<'_> {
             && own[1] >= top
             && own[2] <= left + width - 3.0
             && own[3] <= top + height;
-        let meets =
-            |of: &[f64; 4]| own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3];
+        let meets = |other: &[f64; 4]| {
+            own[0] < other[2] && other[0] < own[2] && own[1] < other[3] && other[1] < own[3]
+        };
         within && !self.taken.iter().any(meets)
     }
 }
@@ -623,17 +634,20 @@ fn with_margin(words: &str, place: &Place) -> [f64; 4] {
 
 /// Whether two straight lines cross.
 fn cross(one: [[f64; 2]; 2], other: [[f64; 2]; 2]) -> bool {
-    let side = |[from, to]: [[f64; 2]; 2], of: [f64; 2]| {
-        (to[0] - from[0]) * (of[1] - from[1]) - (to[1] - from[1]) * (of[0] - from[0]) > 0.0
+    let side = |[from, to]: [[f64; 2]; 2], point: [f64; 2]| {
+        (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0]) > 0.0
     };
     let parts = |line, [a, b]: [[f64; 2]; 2]| side(line, a) != side(line, b);
     parts(one, other) && parts(other, one)
 }
 
 /// Whether a straight line goes through a box.
-fn cuts([from, to]: [[f64; 2]; 2], of: &[f64; 4]) -> bool {
+fn cuts([from, to]: [[f64; 2]; 2], area: &[f64; 4]) -> bool {
     let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
-    for (axis, (low, high)) in [(of[0], of[2]), (of[1], of[3])].into_iter().enumerate() {
+    for (axis, (low, high)) in [(area[0], area[2]), (area[1], area[3])]
+        .into_iter()
+        .enumerate()
+    {
         let way = to[axis] - from[axis];
         if way == 0.0 {
             if from[axis] <= low || from[axis] >= high {
@@ -655,9 +669,9 @@ mod tests {
     /// Every mark on linear, logarithmic and named axes, with values that cannot be drawn among them.
     fn plots() -> [Plot; 6] {
         let plot = |name: &str, x: Axis, y: Axis| Plot::new(name, "caption", x, y);
-        let curve = |of: fn(f64) -> f64| {
+        let curve = |function: fn(f64) -> f64| {
             let places = (0..200).map(|i| f64::from(i) / 20.0);
-            places.map(move |x| [x, of(x)])
+            places.map(move |x| [x, function(x)])
         };
         let labelled = |x: f64, y: f64, label: &str| {
             let point = Point::at(x, y).between(0.5 * y, 1.4 * y);
@@ -701,17 +715,17 @@ mod tests {
             .band("between", Colour::Grey, between)
             .points("zeros are left out", Colour::Vermilion, zero);
         let engines = || Axis::of_names("", ["native", "YADE, ordinary loop", "LIGGGHTS"]);
-        let values = |of: f64| {
+        let values = |factor: f64| {
             (0..3).map(move |i| {
-                let [low, middle, high] = [1, 2, 3].map(|more| of * f64::from(i + more));
+                let [low, middle, high] = [1, 2, 3].map(|more| factor * f64::from(i + more));
                 Point::at(f64::from(i), middle).between(low, high)
             })
         };
         let below = plot("below", engines(), Axis::linear("µs a step"))
             .points("small", Colour::Blue, values(1.0))
             .points("large", Colour::Vermilion, values(1.5));
-        let across = |of: f64| {
-            values(of).map(|point| Point {
+        let across = |factor: f64| {
+            values(factor).map(|point| Point {
                 x: point.y,
                 y: point.x,
                 ..point
@@ -760,8 +774,9 @@ mod tests {
                 .points("other", Colour::Green, other);
             let svg = svg(&plot);
             let circles = svg.split("<circle cx=").skip(1);
-            let heights = circles.filter_map(|of| of.split("cy=\"").nth(1)?.split('"').next());
-            let heights: Vec<f64> = heights.filter_map(|of| of.parse().ok()).collect();
+            let heights =
+                circles.filter_map(|circle| circle.split("cy=\"").nth(1)?.split('"').next());
+            let heights: Vec<f64> = heights.filter_map(|height| height.parse().ok()).collect();
             // The key has one of each series before.
             let [first, same] = [heights[2], heights[3]];
             same - first
@@ -777,9 +792,9 @@ mod tests {
             interval: crowded.then_some([0.1 * y, 9.0 * y]),
             ..Point::at(x, y).labelled(format!("no. {at:03}"))
         };
-        let half = |of: usize| {
+        let half = |remainder: usize| {
             let all = points.iter().enumerate();
-            let half = all.filter(move |(at, _)| at % 2 == of);
+            let half = all.filter(move |(at, _)| at % 2 == remainder);
             half.map(|(at, point)| labelled(at, *point))
         };
         let plot = Plot::new("crowd", "", x, y)
@@ -825,23 +840,26 @@ mod tests {
         });
         let [x, y] = ["s", "error"].map(|label| Axis::linear(label).within(0.0, 2.0));
         let svg = svg(&Plot::new("near", "", x, y).points("", Colour::Blue, points));
-        let number = |of: &str, key: &str| -> f64 {
-            let rest = of.split_once(&format!(" {key}=\"")).expect("a place").1;
+        let number = |text: &str, key: &str| -> f64 {
+            let rest = text.split_once(&format!(" {key}=\"")).expect("a place").1;
             let number = rest.split('"').next().expect("a number");
             number.parse().expect("a number")
         };
         let texts = svg.split("<text").skip(1);
-        let texts = texts.filter(|of| of.contains(">name "));
-        let room_of = |of: &str| {
+        let texts = texts.filter(|text| text.contains(">name "));
+        let room_of = |text: &str| {
             let mut anchors = ["start", "end", "middle"].into_iter();
-            let anchor = anchors.find(|at| of.contains(at)).expect("an anchor");
-            room("name 0", &([number(of, "x"), number(of, "y")], anchor))
+            let anchor = anchors.find(|at| text.contains(at)).expect("an anchor");
+            room("name 0", &([number(text, "x"), number(text, "y")], anchor))
         };
         let boxes: Vec<[f64; 4]> = texts.map(room_of).collect();
         assert_eq!(boxes.len(), 20);
-        let lines = svg.split("<path stroke=\"#").skip(1).filter_map(|of| {
-            let path = of.split_once(" d=\"M")?.1.split_once('"')?.0;
-            let numbers: Vec<f64> = path.split(' ').map_while(|of| of.parse().ok()).collect();
+        let lines = svg.split("<path stroke=\"#").skip(1).filter_map(|part| {
+            let path = part.split_once(" d=\"M")?.1.split_once('"')?.0;
+            let numbers: Vec<f64> = path
+                .split(' ')
+                .map_while(|number| number.parse().ok())
+                .collect();
             match numbers[..] {
                 [a, b, c, d] => Some([[a, b], [c, d]]),
                 _ => None,
@@ -849,9 +867,12 @@ mod tests {
         });
         let lines: Vec<[[f64; 2]; 2]> = lines.collect();
         assert!(!lines.is_empty());
-        let inner = |of: &[f64; 4]| [of[0] + 0.2, of[1] + 0.2, of[2] - 0.2, of[3] - 0.2];
+        let inner = |area: &[f64; 4]| [area[0] + 0.2, area[1] + 0.2, area[2] - 0.2, area[3] - 0.2];
         for line in lines {
-            assert!(!boxes.iter().any(|of| cuts(line, &inner(of))), "{line:?}");
+            assert!(
+                !boxes.iter().any(|area| cuts(line, &inner(area))),
+                "{line:?}"
+            );
         }
     }
 
@@ -866,7 +887,7 @@ mod tests {
             let [x, y] = ["s", "error"].map(|label| Axis::linear(label).within(0.0, 6.0));
             let svg = svg(&Plot::new("bar", "", x, y).points("", Colour::Blue, points));
             let (before, _) = svg.split_once(">a long name</text>")?;
-            before.rsplit_once("<text").map(|(_, of)| of.to_owned())
+            before.rsplit_once("<text").map(|(_, text)| text.to_owned())
         };
         let [beside, elsewhere] = [[5.0, 5.0], [0.0, 5.0]].map(|ends| place(Some(ends)));
         assert!(beside.is_some() && elsewhere.is_some() && beside != elsewhere);

@@ -70,7 +70,7 @@ impl Scale {
                 };
                 let powers = (low.log10().floor() as i32)..=(high.log10().ceil() as i32);
                 powers
-                    .flat_map(|power| steps.iter().map(move |of| of * 10f64.powi(power)))
+                    .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
                     .filter(|tick| *tick >= 0.999_999 * low && *tick <= 1.000_001 * high)
                     .collect()
             } else {
@@ -276,8 +276,9 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_within() {
-        let words = |of: Scale, apart: f64| -> Vec<String> {
-            of.ticks(apart)
+        let words = |scale: Scale, apart: f64| -> Vec<String> {
+            scale
+                .ticks(apart)
                 .into_iter()
                 .map(|(_, words)| words)
                 .collect()

@@ -29,7 +29,7 @@ pub fn in_lines(words: &str, most: usize) -> Vec<String> {
 
 /// The lines of cells side by side.
 fn across(cells: &[Vec<String>]) -> Vec<Vec<String>> {
-    let at = |line: usize| cells.iter().map(move |of| of.get(line).cloned());
+    let at = |line: usize| cells.iter().map(move |cell| cell.get(line).cloned());
     let lines = cells.iter().map(Vec::len).max().unwrap_or(0);
     (0..lines)
         .map(|line| at(line).map(Option::unwrap_or_default).collect())
@@ -58,8 +58,9 @@ impl Table {
             cells.map(letters).max().unwrap_or(0)
         };
         // Headings go on below where they are wider than what they head.
-        let head =
-            |(at, of): (usize, &Column)| in_lines(&of.heading(), widest(at).clamp(HEADING, WIDEST));
+        let head = |(at, column): (usize, &Column)| {
+            in_lines(&column.heading(), widest(at).clamp(HEADING, WIDEST))
+        };
         let heads: Vec<Vec<String>> = self.columns.iter().enumerate().map(head).collect();
         let width = |column: usize| {
             let head = heads[column].iter().map(letters).max().unwrap_or(0);
@@ -122,9 +123,11 @@ impl Table {
                         let parts = escaped(code).replace('/', "/<wbr>").replace('_', "_<wbr>");
                         format!("<td class=\"k\"><code>{parts}</code></td>")
                     }
-                    Cell::Outcome(of) => format!("<td class=\"v\">{}</td>", mark(*of)),
+                    Cell::Outcome(outcome) => format!("<td class=\"v\">{}</td>", mark(*outcome)),
                     Cell::Text(text) => format!("<td>{}</td>", words(text)),
-                    Cell::Number(of) => format!("<td class=\"n\" title=\"{of}\">{shown}</td>"),
+                    Cell::Number(value) => {
+                        format!("<td class=\"n\" title=\"{value}\">{shown}</td>")
+                    }
                     _ => format!("<td{}>{}</td>", class(index), escaped(&shown)),
                 };
             }
@@ -146,8 +149,9 @@ impl Table {
         };
         let in_three = |cell: &Cell| {
             let first = match cell {
-                Cell::Interval(of) => {
-                    return [of.estimate, of.low, of.high].map(|of| of.to_string());
+                Cell::Interval(interval) => {
+                    return [interval.estimate, interval.low, interval.high]
+                        .map(|number| number.to_string());
                 }
                 Cell::Missing => String::new(),
                 Cell::Number(value) => value.to_string(),
@@ -158,7 +162,12 @@ impl Table {
         };
         let line = |cells: Vec<[String; 3]>| {
             let kept = wide.iter().map(|wide| if *wide { 3 } else { 1 });
-            csv_line(cells.iter().zip(kept).flat_map(|(of, kept)| &of[..kept]))
+            csv_line(
+                cells
+                    .iter()
+                    .zip(kept)
+                    .flat_map(|(cell, kept)| &cell[..kept]),
+            )
         };
         let head = line(self.columns.iter().map(head).collect());
         let rows = self.rows.iter();
@@ -171,7 +180,10 @@ impl Table {
     /// As GitHub and others show it, at most `most` rows; the rest is counted.
     pub fn markdown(&self, most: usize) -> String {
         let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let heads = self.columns.iter().map(|of| in_markdown(&of.heading()));
+        let heads = self
+            .columns
+            .iter()
+            .map(|column| in_markdown(&column.heading()));
         let lines = (0..self.columns.len()).map(|column| match self.has_numbers(column) {
             true => "---:".to_owned(),
             false => "---".to_owned(),
@@ -226,8 +238,8 @@ fn linked(text: &str) -> String {
     let Some((before, after)) = text.split_once("doi:10.") else {
         return text;
     };
-    let of_name = |of: char| of.is_ascii_alphanumeric() || "./-_".contains(of);
-    let end = after.find(|of| !of_name(of)).unwrap_or(after.len());
+    let of_name = |letter: char| letter.is_ascii_alphanumeric() || "./-_".contains(letter);
+    let end = after.find(|letter| !of_name(letter)).unwrap_or(after.len());
     let name = after[..end].trim_end_matches('.');
     let rest = &after[name.len()..];
     format!("{before}<a href=\"https://doi.org/10.{name}\">doi:10.{name}</a>{rest}")

@@ -35,26 +35,27 @@ impl Reproduction {
     ) -> Result<Vec<(&'static str, Document)>, Error> {
         let mut others = vec![("measures", self.measures(runs)), ("paper", self.paper())];
         if let Some(suite) = &self.suite {
-            let mut of = suite.document();
-            of.sections.push(of_figure_4());
-            of.sections.extend(self.parameters());
-            others.push(("verification", of));
+            let mut document = suite.document();
+            document.sections.push(of_figure_4());
+            document.sections.extend(self.parameters());
+            others.push(("verification", document));
         }
         // The claims with their distributions first.
         others.extend(beside.records.iter().rev().map(with_origin));
         let tiles = self.tiles(&others);
-        let (glance, more): (Vec<Tile>, Vec<Tile>) =
-            tiles.into_iter().partition(|of| !MORE.contains(&of.page));
+        let (glance, more): (Vec<Tile>, Vec<Tile>) = tiles
+            .into_iter()
+            .partition(|tile| !MORE.contains(&tile.page));
         let run = &runs.native;
         let words = format!("{}: {}", run.record.engine.label(), run.stages_in_words());
         let loaded = (run.last.bed(), punch_bottom(run), words);
         let (figures, agreement): (Vec<Tile>, Vec<Tile>) = glance
             .into_iter()
-            .partition(|of| FIGURES.contains(&of.page));
+            .partition(|tile| FIGURES.contains(&tile.page));
         let agreement = Section::new(AGREE, self.origin()).with(agreement);
         let figures = (!figures.is_empty()).then(|| {
             let words = "Engines that agree can be wrong about the paper together: this does not enter the verdict above.";
-            let answer = beside.answer.iter().fold(words.to_owned(), |all, of| all + " " + of);
+            let answer = beside.answer.iter().fold(words.to_owned(), |all, sentence| all + " " + sentence);
             Section::new("Do the published figures come out?", answer).with(figures)
         });
         let sections = [
@@ -88,11 +89,11 @@ impl Reproduction {
 
     /// What each of the other pages says.
     fn tiles(&self, others: &[(&'static str, Document)]) -> Vec<Tile> {
-        let tile = |(page, of): &(&'static str, Document)| {
+        let tile = |(page, document): &(&'static str, Document)| {
             let mut stated = self.beside.iter();
-            let is_recorded = stated.any(|of| of.job == *page && of.recorded);
+            let is_recorded = stated.any(|record| record.job == *page && record.recorded);
             let recorded = if is_recorded { ", recorded" } else { "" };
-            let answer = &of.answer;
+            let answer = &document.answer;
             let (title, (figure, words)) = match *page {
                 "measures" => ("The same bits".to_owned(), self.bits()),
                 "verification" => {
@@ -122,7 +123,7 @@ impl Reproduction {
                     format!("Published figures{recorded}"),
                     split(answer, " claims"),
                 ),
-                _ => (of.title.clone(), halves(answer)),
+                _ => (document.title.clone(), halves(answer)),
             };
             Tile {
                 title,
@@ -136,7 +137,7 @@ impl Reproduction {
 
     fn found(&self) -> usize {
         let found = self.faults.iter();
-        found.filter(|of| of.verdict == Outcome::Pass).count()
+        found.filter(|fault| fault.verdict == Outcome::Pass).count()
     }
 
     /// In how many numbers the first comparison's last states differ.
@@ -146,8 +147,8 @@ impl Reproduction {
             return ("not compared".to_owned(), words.to_owned());
         };
         let tables = named.comparison.tables.iter();
-        let (numbers, differing) = tables.fold((0, 0), |(all, bad), of| {
-            (all + of.numbers, bad + of.differing)
+        let (numbers, differing) = tables.fold((0, 0), |(all, bad), table| {
+            (all + table.numbers, bad + table.differing)
         });
         let figure = format!("{differing} of {numbers}");
         (figure, format!("numbers differ: {}.", named.title))
@@ -155,7 +156,7 @@ impl Reproduction {
 
     fn measures(&self, runs: &Runs) -> Document {
         let quantities = self.comparisons.iter();
-        let quantities = quantities.map(|of| of.comparison.quantity_table(&of.title));
+        let quantities = quantities.map(|named| named.comparison.quantity_table(&named.title));
         let all = "Each is measured in both runs of a comparison, A and B.";
         let (figure, words) = self.bits();
         Document {
@@ -172,9 +173,9 @@ impl Reproduction {
     }
 
     fn paper(&self) -> Document {
-        let mut of = paper::document(&self.numbers, &self.text_faults);
-        of.sections.push(self.claims());
-        of
+        let mut document = paper::document(&self.numbers, &self.text_faults);
+        document.sections.push(self.claims());
+        document
     }
 
     /// The same for a terminal: comparisons, faults, what was skipped, runs.
@@ -184,9 +185,9 @@ impl Reproduction {
             let verdict = named.comparison.verdict().in_words();
             verdicts += &format!("{}: {verdict}. ", capital(&named.title));
         }
-        for of in &self.first_steps {
-            let verdict = of.judgement.verdict().in_words();
-            verdicts += &format!("First steps of {}: {verdict}. ", of.title);
+        for steps in &self.first_steps {
+            let verdict = steps.judgement.verdict().in_words();
+            verdicts += &format!("First steps of {}: {verdict}. ", steps.title);
         }
         let ran = self.yade.as_ref();
         let ran = ran.map(|version| format!("YADE {version} ran live."));
@@ -214,12 +215,15 @@ impl Reproduction {
                       question.";
         let mut section = Section::new("Comparisons", answer);
         for named in &self.comparisons {
-            let of = &named.comparison;
+            let comparison = &named.comparison;
             let folders = named.folders.join(", ");
-            let words = format!("A: {}. B: {}. Folders: {folders}.", of.a, of.b);
-            let heading = format!("{}: {}", named.title, of.verdict().in_words());
+            let words = format!(
+                "A: {}. B: {}. Folders: {folders}.",
+                comparison.a, comparison.b
+            );
+            let heading = format!("{}: {}", named.title, comparison.verdict().in_words());
             section = section.with(Block::Heading(heading));
-            section = section.with(words).with(of.check_table());
+            section = section.with(words).with(comparison.check_table());
         }
         section
     }
@@ -228,19 +232,19 @@ impl Reproduction {
         let answer = "Each fault is put into the native engine alone and compared with the sound one; the comparison has to find it \
                       within the first steps of pouring, and names the first step and grain.";
         let table = Table::of("faults", "", &self.faults)
-            .column("outcome", |of| of.verdict)
-            .column("fault", |of| Cell::Code(of.fault.clone()))
-            .column("first difference", |of| &of.found);
+            .column("outcome", |fault| fault.verdict)
+            .column("fault", |fault| Cell::Code(fault.fault.clone()))
+            .column("first difference", |fault| &fault.found);
         Section::new("Would it notice?", answer).with(table)
     }
 
     fn skipped(&self) -> Option<Section> {
         let checks = self.checks().into_iter();
-        let skipped = checks.filter(|of| of.outcome == Outcome::Skipped);
+        let skipped = checks.filter(|check| check.outcome == Outcome::Skipped);
         let skipped: Vec<Check> = skipped.collect();
         let table = Table::of("skipped", "", &skipped)
-            .column("skipped", |of| &of.quantity)
-            .column("why", |of| &of.found);
+            .column("skipped", |check| &check.quantity)
+            .column("why", |check| &check.found);
         let section = Section::new("Skipped", "These count for nothing.");
         (!skipped.is_empty()).then(|| section.with(table))
     }
@@ -264,12 +268,12 @@ impl Reproduction {
                       steps rounding has a narrow envelope, and a wrong constant leaves it; at the end of a run all differences are \
                       of one size. Four states, each law that YADE has.";
         let mut section = Section::new("First steps of YADE's loops", answer);
-        for of in &self.first_steps {
-            let verdict = of.judgement.verdict().in_words();
-            let heading = format!("{}: {verdict}", of.title);
+        for steps in &self.first_steps {
+            let verdict = steps.judgement.verdict().in_words();
+            let heading = format!("{}: {verdict}", steps.title);
             section = section.with(Block::Heading(heading));
-            section = section.with(first_steps::answer(&of.judgement));
-            section = section.with(first_steps::state_table(&of.judgement));
+            section = section.with(first_steps::answer(&steps.judgement));
+            section = section.with(first_steps::state_table(&steps.judgement));
         }
         (!self.first_steps.is_empty()).then_some(section)
     }
@@ -405,10 +409,10 @@ fn beds(runs: &Runs) -> Section {
 
 /// Histories of native and YADE on top of each other.
 fn histories(runs: &Runs) -> Section {
-    let draw = |plot: Plot, stage: Stage, of: fn(&HistoryRow) -> Option<[f64; 2]>| {
+    let draw = |plot: Plot, stage: Stage, value: fn(&HistoryRow) -> Option<[f64; 2]>| {
         let points = |run: &RunFolder, every: usize| -> Vec<[f64; 2]> {
             let rows = run.history.iter().filter(|row| row.stage == stage);
-            rows.step_by(every).filter_map(of).collect()
+            rows.step_by(every).filter_map(value).collect()
         };
         let mut plot = plot.line("native", Colour::Blue, points(&runs.native, 1));
         if let Some(yade) = &runs.yade {
@@ -455,7 +459,7 @@ const QUANTILES: usize = 100;
 
 /// Normal forces of the last moment in YADE over those in the native engine, quantile by quantile.
 fn quantiles(runs: &Runs) -> Option<Plot> {
-    let of = |run: &RunFolder| -> Vec<f64> {
+    let normal_forces = |run: &RunFolder| -> Vec<f64> {
         let forces = run.last.contacts.iter().map(|contact| contact.normal_force);
         let mut forces: Vec<f64> = forces.filter(|force| *force > 0.0).collect();
         forces.sort_by(f64::total_cmp);
@@ -463,9 +467,9 @@ fn quantiles(runs: &Runs) -> Option<Plot> {
         let shares = (0..QUANTILES).map(|index| (index as f64 + 0.5) / QUANTILES as f64);
         shares.filter_map(at).collect()
     };
-    let native = of(&runs.native);
+    let native = normal_forces(&runs.native);
     let (low, high) = (*native.first()?, *native.last()?);
-    let yade = of(runs.yade.as_ref()?);
+    let yade = normal_forces(runs.yade.as_ref()?);
     // Below a ten-thousandth of the strongest there are but a few.
     let low = low.max(1.0e-4 * high);
     let caption = "Normal forces of the last moment, quantile by quantile: the same distribution lies on the line, the same bits do so exactly.";

@@ -53,21 +53,24 @@ pub struct Reproduction {
 
 impl Reproduction {
     pub fn checks(&self) -> Vec<Check> {
-        let of = self.comparisons.iter();
-        let made: Vec<Outcome> = of.map(|of| of.comparison.verdict().into()).collect();
+        let comparisons = self.comparisons.iter();
+        let made: Vec<Outcome> = comparisons
+            .map(|named| named.comparison.verdict().into())
+            .collect();
         let (outcome, found) = match &made[..] {
             [] => (Outcome::Skipped, "none was made"),
-            of if of.contains(&Outcome::Pass) => (Outcome::Pass, ""),
-            of if of.contains(&Outcome::Fail) => (Outcome::Fail, "none agrees"),
+            verdicts if verdicts.contains(&Outcome::Pass) => (Outcome::Pass, ""),
+            verdicts if verdicts.contains(&Outcome::Fail) => (Outcome::Fail, "none agrees"),
             _ => (Outcome::Skipped, "none was decided"),
         };
         let what = "at least one comparison with another engine agrees";
         let compared = Check::of_words("compare/made", what, outcome, found);
         let mut checks = vec![compared.required()];
         let compared = self.comparisons.iter();
-        checks.extend(compared.flat_map(|of| of.comparison.all_checks(&of.id)));
+        checks.extend(compared.flat_map(|named| named.comparison.all_checks(&named.id)));
         let first_steps = self.first_steps.iter();
-        checks.extend(first_steps.flat_map(|of| first_steps::checks(&of.judgement, &of.id)));
+        checks
+            .extend(first_steps.flat_map(|steps| first_steps::checks(&steps.judgement, &steps.id)));
         for fault in &self.faults {
             let id = format!("faults/{}", fault.fault.replace('=', "-"));
             let check = Check::of_words(id, &fault.fault, fault.verdict, &fault.found);
@@ -85,16 +88,21 @@ impl Reproduction {
             }));
         }
         checks.extend(self.numbers.iter().map(Number::check));
-        checks.extend(self.skipped.iter().map(|of| Check {
-            required: of.required,
-            ..Check::of_words(of.id.as_str(), &of.what, Outcome::Skipped, &of.why)
+        checks.extend(self.skipped.iter().map(|skipped| Check {
+            required: skipped.required,
+            ..Check::of_words(
+                skipped.id.as_str(),
+                &skipped.what,
+                Outcome::Skipped,
+                &skipped.why,
+            )
         }));
         checks
     }
 
     /// YADE's time a step over the native engine's, of the runs that were made live, one each.
     pub fn speeds(&self) -> Vec<Speed> {
-        let of = |run: &RunSummary| {
+        let speed = |run: &RunSummary| {
             let way = run.folder.strip_prefix("yade-")?;
             Some(Speed {
                 id: format!("time/{way}"),
@@ -105,7 +113,7 @@ impl Reproduction {
                 less_is_better: false,
             })
         };
-        self.runs.iter().filter_map(of).collect()
+        self.runs.iter().filter_map(speed).collect()
     }
 }
 
@@ -165,7 +173,7 @@ pub struct RunSummary {
 impl RunSummary {
     pub fn of(folder: &str, run: &RunFolder) -> Self {
         let record = &run.record;
-        let parts = record.parts.map(|of| format!(", in {of} parts"));
+        let parts = record.parts.map(|count| format!(", in {count} parts"));
         RunSummary {
             folder: folder.to_owned(),
             engine: record.engine.label(),
@@ -180,12 +188,12 @@ impl RunSummary {
 
 /// Everything that was measured in a run, for baselines to hold later runs against.
 pub fn measured(run: &RunFolder) -> Vec<Measured> {
-    let of = |quantity: grains::measure::Quantity| Measured {
+    let entry = |quantity: grains::measure::Quantity| Measured {
         id: quantity.key,
         unit: quantity.unit,
         value: quantity.value,
     };
-    run.quantities().into_iter().map(of).collect()
+    run.quantities().into_iter().map(entry).collect()
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -294,7 +302,7 @@ const KINDS: [Kind; 5] = [
         file: "report.json",
         version: crate::checks::record::VERSION,
         recorded: include_bytes!("../../reference_data/tradeoff-1/report.json.gz"),
-        document: |text| serde_json::from_str(text).map(|of: Tradeoff| of.document()),
+        document: |text| serde_json::from_str(text).map(|tradeoff: Tradeoff| tradeoff.document()),
     },
     Kind {
         job: "stability",
@@ -302,7 +310,7 @@ const KINDS: [Kind; 5] = [
         file: "report.json",
         version: crate::checks::record::VERSION,
         recorded: include_bytes!("../../reference_data/stability-1/report.json.gz"),
-        document: |text| serde_json::from_str(text).map(|of: Map| of.document()),
+        document: |text| serde_json::from_str(text).map(|map: Map| map.document()),
     },
     Kind {
         job: "search",
@@ -310,7 +318,7 @@ const KINDS: [Kind; 5] = [
         file: "report.json",
         version: crate::checks::record::VERSION,
         recorded: include_bytes!("../../reference_data/search-1/wave-2/report.json.gz"),
-        document: |text| serde_json::from_str(text).map(|of: Search| of.document()),
+        document: |text| serde_json::from_str(text).map(|search: Search| search.document()),
     },
     Kind {
         job: "candidates",
@@ -318,7 +326,9 @@ const KINDS: [Kind; 5] = [
         file: "report.json",
         version: crate::checks::record::VERSION,
         recorded: include_bytes!("../../reference_data/candidates-1/report.json.gz"),
-        document: |text| serde_json::from_str(text).map(|of: Candidates| of.document()),
+        document: |text| {
+            serde_json::from_str(text).map(|candidates: Candidates| candidates.document())
+        },
     },
     Kind {
         job: "claims",
@@ -326,7 +336,7 @@ const KINDS: [Kind; 5] = [
         file: "claims.json",
         version: CLAIMS_VERSION,
         recorded: include_bytes!("../../reference_data/claims-1/claims.json.gz"),
-        document: |text| serde_json::from_str(text).map(|of: Claims| of.summary()),
+        document: |text| serde_json::from_str(text).map(|claims: Claims| claims.summary()),
     },
 ];
 
@@ -398,7 +408,7 @@ impl Beside {
         }
         let both = claims.zip(search);
         let answer = both.and_then(|(claims, search)| answer(&claims, &search));
-        let answer = answer.map_or(Vec::new(), |of| of.to_vec());
+        let answer = answer.map_or(Vec::new(), |sentences| sentences.to_vec());
         Ok(Beside { records, answer })
     }
 
@@ -459,11 +469,11 @@ mod tests {
     fn the_recorded_ones_are_there_and_of_one_scene() {
         let beside = Beside::read(&[], true).expect("the recorded records are read");
         let stated = beside.stated();
-        let jobs: Vec<&str> = stated.iter().map(|of| of.job).collect();
+        let jobs: Vec<&str> = stated.iter().map(|record| record.job).collect();
         let wanted = ["tradeoff", "stability", "search", "candidates", "claims"];
         assert_eq!(jobs, wanted);
         let mut stated = stated.iter();
-        assert!(stated.all(|of| of.recorded && !of.command.is_empty()));
+        assert!(stated.all(|record| record.recorded && !record.command.is_empty()));
         let none = Beside::read(&[], false).expect("nothing");
         assert!(none.stated().is_empty());
     }

@@ -29,8 +29,8 @@ pub struct Continued {
 }
 
 impl Continued {
-    pub fn is_rounding(&self, of: Resolution) -> bool {
-        let coarse = self.in_single.filter(|_| !of.is_double());
+    pub fn is_rounding(&self, resolution: Resolution) -> bool {
+        let coarse = self.in_single.filter(|_| !resolution.is_double());
         coarse.unwrap_or(self.ratio) <= FACTOR
     }
 }
@@ -73,22 +73,26 @@ impl<'a> Continuing<'a> {
         }
     }
 
-    pub fn moment(&mut self, of: &Snapshot) {
-        if of.bodies.len() > LARGEST {
+    pub fn moment(&mut self, snapshot: &Snapshot) {
+        if snapshot.bodies.len() > LARGEST {
             return;
         }
-        if self.last.back().is_some_and(|last| last.stage != of.stage) {
+        if self
+            .last
+            .back()
+            .is_some_and(|last| last.stage != snapshot.stage)
+        {
             self.end_of_stage(true);
         }
-        let energy = of.bodies.kinetic_energy();
-        if of.stage == Stage::Settle && energy > self.peak {
+        let energy = snapshot.bodies.kinetic_energy();
+        if snapshot.stage == Stage::Settle && energy > self.peak {
             self.peak = energy;
-            self.before_peak = Some(self.last.back().unwrap_or(of).clone());
+            self.before_peak = Some(self.last.back().unwrap_or(snapshot).clone());
         }
         if self.last.len() > MOMENTS {
             self.last.pop_front();
         }
-        self.last.push_back(of.clone());
+        self.last.push_back(snapshot.clone());
         if self.moments >= FIRST && self.moments.is_power_of_two() {
             self.judge(MOMENTS);
         }
@@ -97,10 +101,13 @@ impl<'a> Continuing<'a> {
 
     /// The last moments of a stage that a rule has ended, or the number of its steps.
     pub fn end_of_stage(&mut self, by_rule: bool) {
-        let last = self.last.back().map(|of| (of.stage, of.step));
-        let judged = self.found.last().map(|of| (of.stage, of.to));
+        let last = self
+            .last
+            .back()
+            .map(|snapshot| (snapshot.stage, snapshot.step));
+        let judged = self.found.last().map(|stretch| (stretch.stage, stretch.to));
         if last != judged {
-            let steps: Vec<u64> = self.last.iter().map(|of| of.step).collect();
+            let steps: Vec<u64> = self.last.iter().map(|snapshot| snapshot.step).collect();
             let is_short = matches!(steps[..], [_, a, b, c] if b + b > a + c);
             self.judge(MOMENTS + usize::from(is_short));
         }
@@ -115,15 +122,16 @@ impl<'a> Continuing<'a> {
     /// at a look around the liveliest moment, which may have been larger elsewhere; then the rule held earlier still.
     fn settled_before(&self) -> Option<Continued> {
         let end = self.last.back()?;
-        let is_near = |of: &&Snapshot| end.step - of.step <= LONGEST;
+        let is_near = |snapshot: &&Snapshot| end.step - snapshot.step <= LONGEST;
         let first = self.last.iter().find(is_near)?;
         let before = self.before_peak.as_ref()?;
         let after = before.step + 2 * self.scene.measurement.history_every;
         let at_peak = self.looks(before, after)?;
-        let peak = at_peak.iter().fold(0.0, |most: f64, of| most.max(of.1));
+        let peak = at_peak.iter().fold(0.0, |most: f64, look| most.max(look.1));
         let most = self.scene.settle.kinetic_energy_fraction * peak;
         let looks = self.looks(first, end.step)?;
-        let held = |of: &&(u64, f64)| of.0 < end.step && of.1 <= most * (1.0 - SETTLED_FOR_SURE);
+        let held =
+            |look: &&(u64, f64)| look.0 < end.step && look.1 <= most * (1.0 - SETTLED_FOR_SURE);
         let (step, energy) = looks.iter().find(held)?;
         Some(Continued {
             stage: end.stage,
@@ -147,26 +155,28 @@ impl<'a> Continuing<'a> {
         let every = self.scene.settle.check_every;
         excerpt.scene.measurement.history_every = every;
         let looks = excerpt.native(None).ok()?.into_iter();
-        let looks = looks.filter(|of| of.step > first.step && of.step.is_multiple_of(every));
+        let looks = looks
+            .filter(|snapshot| snapshot.step > first.step && snapshot.step.is_multiple_of(every));
         Some(
             looks
-                .map(|of| (of.step, of.bodies.kinetic_energy()))
+                .map(|snapshot| (snapshot.step, snapshot.bodies.kinetic_energy()))
                 .collect(),
         )
     }
 
     /// What native cannot go on from is no stretch; up to where stretches reach is said.
     fn judge(&mut self, moments: usize) {
-        let is_long = |of: &[Snapshot]| {
-            let steps = [of.first(), of.last()].map(|of| of.map_or(0, |of| of.step));
+        let is_long = |snapshots: &[Snapshot]| {
+            let steps = [snapshots.first(), snapshots.last()]
+                .map(|end| end.map_or(0, |snapshot| snapshot.step));
             steps[1] - steps[0] > LONGEST
         };
         let before = self.last.len().saturating_sub(moments);
         let mut moments: Vec<Snapshot> = self.last.iter().skip(before).cloned().collect();
         // Of a job that begins with loading nobody says whether the punch touches already: it is where it just would.
-        let begins = |of: &[Snapshot]| {
-            let first = of.first();
-            first.is_some_and(|of| of.stage == Stage::Load && of.step == 0)
+        let begins = |snapshots: &[Snapshot]| {
+            let first = snapshots.first();
+            first.is_some_and(|snapshot| snapshot.stage == Stage::Load && snapshot.step == 0)
         };
         while is_long(&moments) || begins(&moments) {
             moments.remove(0);
@@ -175,7 +185,7 @@ impl<'a> Continuing<'a> {
             return;
         };
         let (stage, from, to) = (first.stage, first.step, last.step);
-        let speed = |of: &Snapshot| of.punch.map(|of| of.velocity);
+        let speed = |snapshot: &Snapshot| snapshot.punch.map(|punch| punch.velocity);
         let stops = stage == Stage::Load && speed(first) != speed(last);
         let Ok(mut excerpt) = Excerpt::of_moments(self.scene, first, to) else {
             return;
@@ -184,18 +194,18 @@ impl<'a> Continuing<'a> {
         if stops {
             excerpt.task.until = Until::EndOfLoading;
         }
-        let judge = |of: Resolution| excerpt.judge(Ok(moments.clone()), of).ok();
-        let ratio = |of: &OfStart| {
-            let far = of.farthest.as_ref();
-            far.map_or(f64::MAX, |of| of.ratio.min(f64::MAX))
+        let judge = |resolution: Resolution| excerpt.judge(Ok(moments.clone()), resolution).ok();
+        let ratio = |state: &OfStart| {
+            let far = state.farthest.as_ref();
+            far.map_or(f64::MAX, |farthest| farthest.ratio.min(f64::MAX))
         };
         let double = judge(Resolution::COARSE_DOUBLE);
         // Where the rule holds at another step there is nothing to hold against: other checks judge the step.
-        let is_held = |of: &OfStart| of.farthest.is_some() || !stops;
+        let is_held = |state: &OfStart| state.farthest.is_some() || !stops;
         let Some(double) = double.filter(is_held) else {
             return;
         };
-        let single = Some(&double).filter(|of| ratio(of) > FACTOR);
+        let single = Some(&double).filter(|state| ratio(state) > FACTOR);
         let single = single.and_then(|_| judge(Resolution::SINGLE));
         self.found.push(Continued {
             stage,

@@ -159,11 +159,11 @@ fn stresses(scene: &Scene, moment: &Moment) -> (Vec<Components>, Vec<f64>) {
     (sums.iter().zip(&areas).map(over).collect(), areas)
 }
 
-fn stress_columns(of: &[Components]) -> [Column<'_>; 3] {
+fn stress_columns(stress: &[Components]) -> [Column<'_>; 3] {
     [
-        Column::one("stress_xx", |at| of[at].xx),
-        Column::one("stress_zz", |at| of[at].zz),
-        Column::one("stress_xz", |at| of[at].xz),
+        Column::one("stress_xx", |at| stress[at].xx),
+        Column::one("stress_zz", |at| stress[at].zz),
+        Column::one("stress_xz", |at| stress[at].xz),
     ]
 }
 
@@ -181,23 +181,23 @@ fn contact_numbers(moment: &Moment) -> Vec<f64> {
 
 /// A point a grain: radius, mass, velocity, stress, number of contacts.
 fn grains(to: &mut dyn Write, scene: &Scene, moment: &Moment) -> io::Result<()> {
-    let of = &moment.bodies;
+    let bodies = &moment.bodies;
     let (stress, areas) = stresses(scene, moment);
     let contacts = contact_numbers(moment);
     let mut columns = vec![
         Column::one("id", |id| id as f64),
-        Column::one("radius", |id| of.radius[id]),
-        Column::one("mass", |id| of.mass[id]),
-        Column::plane("velocity", |id| [of.vx[id], of.vz[id]]),
+        Column::one("radius", |id| bodies.radius[id]),
+        Column::one("mass", |id| bodies.mass[id]),
+        Column::plane("velocity", |id| [bodies.vx[id], bodies.vz[id]]),
         Column::one("contacts", |id| contacts[id]),
         Column::one("cell_area", |id| areas[id]),
     ];
-    if of.rotate() {
-        columns.push(Column::one("spin", |id| of.spin[id]));
+    if bodies.rotate() {
+        columns.push(Column::one("spin", |id| bodies.spin[id]));
     }
     columns.extend(stress_columns(&stress));
-    let points = Column::plane("points", |id| [of.x[id], of.z[id]]);
-    let sizes = vec![1; of.len()];
+    let points = Column::plane("points", |id| [bodies.x[id], bodies.z[id]]);
+    let sizes = vec![1; bodies.len()];
     poly_data(to, (&points, &columns), "Verts", &sizes, &[])
 }
 
@@ -206,24 +206,24 @@ fn contacts(to: &mut dyn Write, _: &Scene, moment: &Moment) -> io::Result<()> {
     let bodies = &moment.bodies;
     let ids = BodyIds::of_box(bodies.len() as u32);
     let centre = |id: u32| [bodies.x[id as usize], bodies.z[id as usize]];
-    let of = &moment.contacts;
+    let contacts = &moment.contacts;
     let end = |at: usize| {
-        let contact = &of[at / 2];
+        let contact = &contacts[at / 2];
         match [contact.id1, contact.id2][at % 2] {
             id if ids.is_grain(id) => centre(id),
             _ => contact.point,
         }
     };
     let columns = [
-        Column::one("id1", |at| f64::from(of[at].id1)),
-        Column::one("id2", |at| f64::from(of[at].id2)),
-        Column::one("overlap", |at| of[at].overlap),
-        Column::one("normal_force", |at| of[at].normal_force),
-        Column::one("tangential_force", |at| of[at].tangential_force),
-        Column::plane("force_on_id2", |at| of[at].force()),
-        Column::plane("contact_point", |at| of[at].point),
+        Column::one("id1", |at| f64::from(contacts[at].id1)),
+        Column::one("id2", |at| f64::from(contacts[at].id2)),
+        Column::one("overlap", |at| contacts[at].overlap),
+        Column::one("normal_force", |at| contacts[at].normal_force),
+        Column::one("tangential_force", |at| contacts[at].tangential_force),
+        Column::plane("force_on_id2", |at| contacts[at].force()),
+        Column::plane("contact_point", |at| contacts[at].point),
     ];
-    let (points, sizes) = (Column::plane("points", end), vec![2; of.len()]);
+    let (points, sizes) = (Column::plane("points", end), vec![2; contacts.len()]);
     poly_data(to, (&points, &[]), "Lines", &sizes, &columns)
 }
 
@@ -264,12 +264,12 @@ fn poly_data(
     )?;
     column(to, points, all_points)?;
     to.write_all(b"</Points>\n<PointData>\n")?;
-    for of in of_points {
-        column(to, of, all_points)?;
+    for data in of_points {
+        column(to, data, all_points)?;
     }
     to.write_all(b"</PointData>\n<CellData>\n")?;
-    for of in of_elements {
-        column(to, of, sizes.len())?;
+    for data in of_elements {
+        column(to, data, sizes.len())?;
     }
     write!(to, "</CellData>\n<{kind}>\n")?;
     whole_numbers(to, "connectivity", 0..all_points)?;
@@ -281,8 +281,8 @@ fn poly_data(
     write!(to, "</{kind}>\n</Piece>\n</PolyData>\n</VTKFile>\n")
 }
 
-fn column(to: &mut dyn Write, of: &Column<'_>, count: usize) -> io::Result<()> {
-    let (name, components) = match of {
+fn column(to: &mut dyn Write, column: &Column<'_>, count: usize) -> io::Result<()> {
+    let (name, components) = match column {
         Column::One(name, _) => (name, 1),
         Column::Plane(name, _) => (name, 3),
     };
@@ -291,7 +291,7 @@ fn column(to: &mut dyn Write, of: &Column<'_>, count: usize) -> io::Result<()> {
         "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
     )?;
     for at in 0..count {
-        match of {
+        match column {
             Column::One(_, value) => writeln!(to, "{:e}", value(at))?,
             Column::Plane(_, value) => {
                 let [x, z] = value(at);

@@ -259,7 +259,7 @@ impl RunFolder {
             ensure(same, &format!("{prefix}bodies.csv {why}"))?;
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
             let contacts = text::read_contacts((path, &contacts), BodyIds::of_box(count))?;
-            let of_grains = contacts.iter().all(|of| of.id2 < count);
+            let of_grains = contacts.iter().all(|contact| contact.id2 < count);
             let why = "has a contact whose second body is no grain";
             ensure(of_grains, &format!("{prefix}contacts.csv {why}"))?;
             let memory = packed(path, &format!("{prefix}memory.csv"));
@@ -274,7 +274,7 @@ impl RunFolder {
             })
         };
         let last = moment_in("")?;
-        let loaded = record.stages.iter().any(|of| of.stage == Stage::Load);
+        let loaded = record.stages.iter().any(|stage| stage.stage == Stage::Load);
         let settled = loaded.then(|| moment_in("settled-")).transpose()?;
         let every = scene.measurement.history_every;
         let rows = record.stages.iter();
@@ -296,7 +296,7 @@ impl RunFolder {
         let mut trace: Vec<TraceRow> = Vec::new();
         for row in Rows::open((path, &packed(path, "trace.csv")), rows * MOST_MARKED)? {
             let row: TraceRow = row?;
-            let (id, key) = (row.id, |of: &TraceRow| (of.stage, of.step, of.id));
+            let (id, key) = (row.id, |row: &TraceRow| (row.stage, row.step, row.id));
             let finite = (row.x + row.z).is_finite();
             let otherwise = format!("trace.csv has a place of grain {id} that is not finite");
             ensure(finite, &otherwise)?;
@@ -353,7 +353,10 @@ impl RunFolder {
         let last = self.history.last();
         if let Some(Restart { punch, .. }) = self.record.restart
             && last.map(|row| (row.punch_depth, row.punch_force))
-                != Some((punch.map(|of| of.depth()), punch.map(|of| of.force)))
+                != Some((
+                    punch.map(|punch| punch.depth()),
+                    punch.map(|punch| punch.force),
+                ))
         {
             return Err("history.csv has another punch than run.json at the end".to_owned());
         }
@@ -434,8 +437,10 @@ fn without(folder: &Path, name: &str) -> String {
     }
     let inside = listed(folder, MOST_LISTED).unwrap_or_default();
     let is_run = |path: &Path| [SUMS, RECORD].map(|name| Place::from((path, name)).is_file());
-    let runs = inside.iter().filter(|of| is_run(&of.path) == [true; 2]);
-    let runs: Vec<String> = runs.map(|of| of.path.display().to_string()).collect();
+    let runs = inside
+        .iter()
+        .filter(|entry| is_run(&entry.path) == [true; 2]);
+    let runs: Vec<String> = runs.map(|entry| entry.path.display().to_string()).collect();
     match runs.is_empty() {
         true => format!("it has no {name}; `crossgrain run` writes one"),
         false => format!(
@@ -565,11 +570,11 @@ pub fn is_recorded(folder: &Path) -> bool {
 
 /// `settle 42000 steps (settled), load 6435 steps (reached)`.
 pub fn stages_in_words(stages: &[StageReport]) -> String {
-    let of = |stage: &StageReport| {
+    let in_words = |stage: &StageReport| {
         let stop = serde_json::to_value(stage.stop).expect("a word is JSON");
         let stop = stop.as_str().expect("a word").replace('_', " ");
         format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
     };
-    let stages: Vec<String> = stages.iter().map(of).collect();
+    let stages: Vec<String> = stages.iter().map(in_words).collect();
     stages.join(", ")
 }

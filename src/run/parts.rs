@@ -49,7 +49,7 @@ pub fn cuts(scene: &Scene, history: &[HistoryRow]) -> Vec<u64> {
     // The longest are begun first, so that short ones are left when the cores come to their end.
     let at = |part: u64| {
         let share = (part as f64 / parts).powi(2);
-        until.iter().find(|(_, of)| *of >= done * share)
+        until.iter().find(|(_, work)| *work >= done * share)
     };
     let cuts = (1..parts as u64).filter_map(at).map(|(step, _)| *step);
     cuts.filter(|step| step.is_multiple_of(every)).collect()
@@ -104,7 +104,7 @@ fn in_parts(
     let interrupted = || EngineError::from(ProgramError::Interrupted);
     let made = made
         .iter()
-        .map(|of| lock(of).take().ok_or_else(interrupted));
+        .map(|slot| lock(slot).take().ok_or_else(interrupted));
     let made: Vec<Made> = made.collect::<Result<_, _>>()?;
     let mut pairs = parts.iter().zip(made);
     let (_, mut whole) = pairs.next().ok_or_else(interrupted)?;
@@ -307,10 +307,10 @@ pub(super) fn rest(
     if seen.held {
         return Err("with --steps it went beyond the rule of its stage; run it without".to_owned());
     }
-    let settled = before.settled.iter().map(|of| (Stage::Settle, of));
-    let forgot = |(stage, of): (Stage, &Moment)| {
+    let settled = before.settled.iter().map(|moment| (Stage::Settle, moment));
+    let forgot = |(stage, moment): (Stage, &Moment)| {
         let law = Model::in_stage(&before.scene, stage).law;
-        law.has_history() && of.memory.len() != of.contacts.len()
+        law.has_history() && moment.memory.len() != moment.contacts.len()
     };
     if settled.chain([(last.stage, &before.last)]).any(forgot) {
         return Err("a memory.csv of it is missing, without which friction begins anew".to_owned());
@@ -358,7 +358,8 @@ pub(super) fn rest(
         made.outcome.stages.truncate(1);
         made.history.retain(|row| row.stage == Stage::Settle);
         made.trace.retain(|row| row.stage == Stage::Settle);
-        made.continued.retain(|of| of.stage == Stage::Settle);
+        made.continued
+            .retain(|stretch| stretch.stage == Stage::Settle);
         let steps = made.outcome.stages[0].steps;
         made.outcome.last = snapshot(bed, (Stage::Settle, steps), scene, None);
         Task::load(made.outcome.last.clone()).start
@@ -376,15 +377,15 @@ pub(super) fn rest(
     Ok((Task { start, until }, made))
 }
 
-fn snapshot(of: &Moment, at: (Stage, u64), scene: &Scene, punch: Option<Punch>) -> Snapshot {
+fn snapshot(moment: &Moment, at: (Stage, u64), scene: &Scene, punch: Option<Punch>) -> Snapshot {
     let (stage, step) = at;
     Snapshot {
         stage,
         step,
         time: step as f64 * scene.time_step_seconds(),
-        bodies: of.bodies.clone(),
-        contacts: of.contacts.clone(),
-        memory: of.memory.clone(),
+        bodies: moment.bodies.clone(),
+        contacts: moment.contacts.clone(),
+        memory: moment.memory.clone(),
         punch,
     }
 }

@@ -23,7 +23,7 @@ pub fn answer(claims: &Claims, search: &Search) -> Option<[String; 3]> {
 }
 
 fn claim<'a>(claims: &'a [Claim], id: &str) -> Option<&'a Claim> {
-    claims.iter().find(|of| of.id == id)
+    claims.iter().find(|claim| claim.id == id)
 }
 
 fn row<'a>(claims: &'a [Claim], id: &str, begins: &str) -> Option<&'a Row> {
@@ -31,13 +31,14 @@ fn row<'a>(claims: &'a [Claim], id: &str, begins: &str) -> Option<&'a Row> {
     rows.find(|row| row.what.starts_with(begins))
 }
 
-fn told(of: Interval, decimals: usize) -> String {
-    let [estimate, low, high] = [of.estimate, of.low, of.high].map(|of| format!("{of:.decimals$}"));
+fn told(interval: Interval, decimals: usize) -> String {
+    let [estimate, low, high] =
+        [interval.estimate, interval.low, interval.high].map(|value| format!("{value:.decimals$}"));
     format!("{estimate} ({low}–{high})")
 }
 
-fn listed(of: &[String]) -> String {
-    match of {
+fn listed(names: &[String]) -> String {
+    match names {
         [] => "no point".to_owned(),
         [one] => one.clone(),
         [many @ .., last] => format!("{} and {last}", many.join(", ")),
@@ -46,10 +47,13 @@ fn listed(of: &[String]) -> String {
 
 /// Means over the continuum's at O, A and B.
 fn means(claims: &[Claim], begins: &str) -> Option<String> {
-    let of = |point| row(claims, &format!("mean.{point}"), begins)?.ratio;
-    let all: Option<Vec<Interval>> = POINTS.into_iter().map(of).collect();
+    let ratio = |point| row(claims, &format!("mean.{point}"), begins)?.ratio;
+    let all: Option<Vec<Interval>> = POINTS.into_iter().map(ratio).collect();
     Some(listed(
-        &all?.into_iter().map(|of| told(of, 2)).collect::<Vec<_>>(),
+        &all?
+            .into_iter()
+            .map(|interval| told(interval, 2))
+            .collect::<Vec<_>>(),
     ))
 }
 
@@ -93,8 +97,8 @@ fn at_the_best(claims: &[Claim], search: &Search) -> Option<String> {
         ""
     };
     let local = |point| row(claims, &format!("mean.{point}"), "local mean")?.judged;
-    let local = POINTS.map(|of| local(of).map(|of| of.outcome));
-    let near = match local.iter().all(|of| *of == Some(Outcome::Pass)) {
+    let local = POINTS.map(|point| local(point).map(|judged| judged.outcome));
+    let near = match local.iter().all(|outcome| *outcome == Some(Outcome::Pass)) {
         true => "has local means within a tenth of the continuum's",
         false => "is not shown to have local means within a tenth of the continuum's",
     };

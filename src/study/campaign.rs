@@ -109,7 +109,7 @@ impl Study for Campaign {
 
     /// What goes wrong in a realization is a member too; an interrupt, a missing or broken YADE and a full disk are errors.
     fn run(&self, task: u64, engines: &Engines, work: &Path) -> Result<Member, EngineError> {
-        let of = Specification {
+        let specification = Specification {
             scene: self.scene.clone(),
             runner: self.runner,
             phases: self.phases.clone(),
@@ -121,17 +121,17 @@ impl Study for Campaign {
             realization,
             ..Member::default()
         };
-        let run = match of.run(realization, engines, work) {
+        let run = match specification.run(realization, engines, work) {
             Ok(run) => run,
             Err(error) => {
                 let ending = Ending::Failed(went_wrong(error)?);
                 return Ok(Member { ending, ..member });
             }
         };
-        let scene = &of.scene_of(realization);
+        let scene = &specification.scene_of(realization);
         let settled = run.outcome.settled.as_ref();
         let surface = settled.map(|settled| measure::surface(scene, &settled.bodies));
-        let fields = |of: &Snapshot| surface.map(|surface| fields(scene, of, surface));
+        let fields = |snapshot: &Snapshot| surface.map(|surface| fields(scene, snapshot, surface));
         let last = &run.outcome.last;
         let reached = run.ending == Ending::Reached;
         Ok(Member {
@@ -187,17 +187,17 @@ impl Study for Campaign {
             .column("standard deviation, SI", |(_, sums)| {
                 (sums.count > 1).then(|| sums.deviation())
             });
-        let of = &folder.plan.study;
+        let study = &folder.plan.study;
         let answer = format!(
             "{} of {} realizations of {:?} in {}, from {} to {}.",
             endings.values().sum::<u64>(),
-            of.members,
-            of.scene.name,
-            of.runner.name(),
-            of.seed,
-            of.realization(of.members)
+            study.members,
+            study.scene.name,
+            study.runner.name(),
+            study.seed,
+            study.realization(study.members)
         );
-        let digest = &of.scene_digest;
+        let digest = &study.scene_digest;
         let own = json!({"scene_digest": digest, "endings": endings, "quantities": measured});
         let document = Document {
             title: "Campaign".to_owned(),
@@ -269,8 +269,8 @@ pub struct Fields {
     pub points: Vec<Neighbourhood>,
 }
 
-fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
-    let bed = bed_of(of);
+fn fields(scene: &Scene, snapshot: &Snapshot, surface: f64) -> Fields {
+    let bed = bed_of(snapshot);
     let cells = cells::of(scene, bed.bodies);
     let extensive = stress::of_grains(bed);
     let places = scene.control_points.iter().map(|point| {

@@ -96,20 +96,25 @@ impl Plan {
             let settings: Vec<Setting> = settings.collect();
             ladders.push(Ladder {
                 name: words.to_owned(),
-                settings: settings.iter().map(|of| of.id.clone()).collect(),
+                settings: settings.iter().map(|setting| setting.id.clone()).collect(),
             });
             at_rest.extend(settings);
         }
         beds.push(at_rest);
-        for (index, of) in found.iter().flat_map(|of| &of.best).take(best).enumerate() {
+        for (index, expectation) in found
+            .iter()
+            .flat_map(|search| &search.best)
+            .take(best)
+            .enumerate()
+        {
             let rank = index + 1;
             let (id, name) = (
                 format!("best-{rank}"),
                 format!("number {rank} of the search"),
             );
-            let scene = with_lines(space::scene(&space::base(quick), &of.at));
+            let scene = with_lines(space::scene(&space::base(quick), &expectation.at));
             beds.push(vec![Setting {
-                at: of.at.clone(),
+                at: expectation.at.clone(),
                 ..setting(&id, &name, scene)
             }]);
         }
@@ -130,8 +135,11 @@ fn with_friction(mut scene: Scene, angle: f64) -> Scene {
 
 /// With points along the depth of the control points, on both sides, and under the punch.
 fn with_lines(mut scene: Scene) -> Scene {
-    let depth = scene.control_points.first().map_or(0.0, |of| of.depth);
-    let farthest = scene.control_points.iter().map(|of| of.offset);
+    let depth = scene
+        .control_points
+        .first()
+        .map_or(0.0, |point| point.depth);
+    let farthest = scene.control_points.iter().map(|point| point.offset);
     let scale = farthest.fold(0.0, f64::max) / PAPER_FARTHEST;
     let point = |name: String, offset, depth| ControlPoint {
         name,
@@ -158,8 +166,8 @@ impl OfBeds for Plan {
     }
 
     fn is_whole(&self) -> Result<(), String> {
-        let known = |id: &String| self.beds.settings().any(|of| of.id == *id);
-        let mut ladders = self.ladders.iter().flat_map(|of| &of.settings);
+        let known = |id: &String| self.beds.settings().any(|setting| setting.id == *id);
+        let mut ladders = self.ladders.iter().flat_map(|ladder| &ladder.settings);
         match ladders.find(|id| !known(id)) {
             Some(id) => Err(format!("there is no setting {id}")),
             None => Ok(()),
@@ -262,18 +270,18 @@ const CHOICES: [Choice; 20] = [
         .over(&[0.1, 0.3, 0.6], &[0.3], Friction),
     choice("mean diameter, same number of grains", "mm")
         .because(NEVER_PRINTED)
-        .over(&[9.0, 9.5, 9.8, 10.2, 10.5], &[9.0], |of| {
-            Diameter(1.0e-3 * of)
+        .over(&[9.0, 9.5, 9.8, 10.2, 10.5], &[9.0], |diameter| {
+            Diameter(1.0e-3 * diameter)
         }),
     choice("mean diameter, same area of grains", "mm")
         .because(NEVER_PRINTED)
-        .over(&[8.0], &[], |of| DiameterSameArea(1.0e-3 * of)),
+        .over(&[8.0], &[], |diameter| DiameterSameArea(1.0e-3 * diameter)),
     choice("hold after the force", "s")
         .because("'until the force was equal to 2ap'; a hold is not mentioned")
         .over(&[0.01, 0.05, 0.2], &[0.05], Hold),
     choice("columns of the cloud", "columns")
         .because(POURED)
-        .over(&[90.0], &[], |of| Columns(of as u32))
+        .over(&[90.0], &[], |columns| Columns(columns as u32))
         .beside_search(),
     choice("speed of the cloud", "m/s")
         .because(POURED)
@@ -281,10 +289,10 @@ const CHOICES: [Choice; 20] = [
         .beside_search(),
     choice("number of grains, over the printed", "times")
         .because("5,000 is printed; shows what the floor does")
-        .over(&[0.5, 2.0], &[], |of| Size(1.0, of)),
+        .over(&[0.5, 2.0], &[], |ratio| Size(1.0, ratio)),
     choice("box width", "m")
         .because("1 m is printed; shows what the walls do")
-        .over(&[0.5, 2.0], &[], |of| Size(of, 1.0)),
+        .over(&[0.5, 2.0], &[], |width| Size(width, 1.0)),
     choice("time step", "√(m/k)")
         .because("not printed; in units of √(m/k)")
         .over(&[0.1, 0.45], &[], Step),
@@ -298,7 +306,7 @@ const CHOICES: [Choice; 20] = [
         .a_reading(),
     choice("number of grains as printed", "grains")
         .because("5,000 placed, fewer that stayed: so many of 10 mm are the bed of the printed height and porosity")
-        .over(&[4857.0], &[], |of| Size(1.0, of / 5000.0))
+        .over(&[4857.0], &[], |count| Size(1.0, count / 5000.0))
         .a_reading(),
     choice("dispersion of diameters", "of the mean")
         .because(
@@ -352,7 +360,7 @@ pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
         "'gently' and 'spring-dashpot' without numbers; from where punches sink to where the force is an impact, and from \
          hardly damped to YADE's examples of quasi-static runs. Damping is that of pouring and loading",
     );
-    std::iter::once(first).chain(CHOICES.iter().map(|of| (of.name, of.reason)))
+    std::iter::once(first).chain(CHOICES.iter().map(|choice| (choice.name, choice.reason)))
 }
 
 impl Plan {
@@ -361,16 +369,18 @@ impl Plan {
     ///
     /// With `readings` alone, those that read the paper's words in another way, around either.
     pub fn of_choices(quick: bool, clouds: u64, found: Option<&Search>, readings: bool) -> Self {
-        let best = found.and_then(|of| of.best.first());
+        let best = found.and_then(|search| search.best.first());
         let printed = space::base(quick);
-        let base = best.map_or(printed.clone(), |of| space::scene(&printed, &of.at));
+        let base = best.map_or(printed.clone(), |expectation| {
+            space::scene(&printed, &expectation.at)
+        });
         let mut beds: Vec<Vec<Setting>> = Vec::new();
         let mut add = |id: &str, name: &str, axis: &str, at: &[f64], changes: &[Change]| {
-            let of = Specification::native(changed(base.clone(), changes));
-            if !changes.is_empty() && of.scene == base {
+            let specification = Specification::native(changed(base.clone(), changes));
+            if !changes.is_empty() && specification.scene == base {
                 return;
             }
-            let mut setting = Setting::new(id, name, axis, of, clouds);
+            let mut setting = Setting::new(id, name, axis, specification, clouds);
             setting.at = at.to_vec();
             let specification = &setting.specification;
             let same = |bed: &&mut Vec<Setting>| bed[0].specification.pours_like(specification);
@@ -380,7 +390,13 @@ impl Plan {
             }
         };
         match best {
-            Some(of) => add(BEST, "the search's best setting", BEST, &of.at, &[]),
+            Some(expectation) => add(
+                BEST,
+                "the search's best setting",
+                BEST,
+                &expectation.at,
+                &[],
+            ),
             None => add("printed", PRINTED, PRINTED, &[], &[]),
         }
         let (speeds, alphas): (&[f64], &[f64]) = match quick {
@@ -397,19 +413,19 @@ impl Plan {
             }
         }
         let all = CHOICES.iter();
-        let taken = |of: &&Choice| match readings {
-            true => of.is_reading,
-            false => found.is_none() || of.is_beside_search,
+        let taken = |choice: &&Choice| match readings {
+            true => choice.is_reading,
+            false => found.is_none() || choice.is_beside_search,
         };
-        for of in all.filter(taken) {
-            let word = of.name.replace([',', ' '], "-").replace("--", "-");
-            for value in if quick { of.few } else { of.values } {
-                let name = format!("{}: {value} {}", of.name, of.unit);
-                let changes = [(of.change)(*value)];
+        for choice in all.filter(taken) {
+            let word = choice.name.replace([',', ' '], "-").replace("--", "-");
+            for value in if quick { choice.few } else { choice.values } {
+                let name = format!("{}: {value} {}", choice.name, choice.unit);
+                let changes = [(choice.change)(*value)];
                 add(
                     &format!("{word}-{value}"),
                     &name,
-                    of.name,
+                    choice.name,
                     &[*value],
                     &changes,
                 );

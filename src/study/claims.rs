@@ -72,13 +72,13 @@ pub struct Beside {
 }
 
 impl From<Claims> for Beside {
-    fn from(of: Claims) -> Self {
+    fn from(claims: Claims) -> Self {
         Beside {
-            origin: of.origin,
-            other_choices: of.other_choices,
-            members: of.members,
-            claims: of.claims,
-            verdicts: of.verdicts,
+            origin: claims.origin,
+            other_choices: claims.other_choices,
+            members: claims.members,
+            claims: claims.claims,
+            verdicts: claims.verdicts,
         }
     }
 }
@@ -139,7 +139,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         scene_digest: scene.digest(),
         other_choices: other_choices(scene),
         members: members.len(),
-        endings: counted(endings.map(|of| of.ending.name().replace('_', " "))),
+        endings: counted(endings.map(|member| member.ending.name().replace('_', " "))),
         complete: claims
             .iter()
             .chain(&earlier)
@@ -182,12 +182,12 @@ fn other_choices(scene: &Scene) -> Vec<[String; 3]> {
     let keys: BTreeSet<&String> = default.keys().chain(here.keys()).collect();
     let other = keys.into_iter().filter(|key| {
         let mut left_out = NOT_COMPARED.iter();
-        default.get(*key) != here.get(*key) && !left_out.any(|of| key.starts_with(of))
+        default.get(*key) != here.get(*key) && !left_out.any(|prefix| key.starts_with(prefix))
     });
     let absent = "–".to_owned();
     let both = other.map(|key| {
-        let of = |leaves: &BTreeMap<String, String>| leaves.get(key).unwrap_or(&absent).clone();
-        [key.clone(), of(&default), of(&here)]
+        let value = |leaves: &BTreeMap<String, String>| leaves.get(key).unwrap_or(&absent).clone();
+        [key.clone(), value(&default), value(&here)]
     });
     both.collect()
 }
@@ -205,10 +205,12 @@ fn leaves(scene: &Scene) -> BTreeMap<String, String> {
     while let Some((path, value)) = open.pop() {
         let below = |key: &dyn Display| format!("{path}/{key}");
         match value {
-            Value::Object(map) => open.extend(map.into_iter().map(|(key, of)| (below(&key), of))),
+            Value::Object(map) => {
+                open.extend(map.into_iter().map(|(key, value)| (below(&key), value)))
+            }
             Value::Array(list) => {
                 let all = list.into_iter().enumerate();
-                open.extend(all.map(|(index, of)| (below(&index), of)));
+                open.extend(all.map(|(index, value)| (below(&index), value)));
             }
             leaf => {
                 leaves.insert(path, leaf.to_string());
@@ -268,8 +270,12 @@ impl Judged {
     fn new(interval: Option<Interval>, packings: usize, limits: [f64; 2]) -> Self {
         let [low, high] = limits;
         let outcome = match interval.filter(|_| packings >= FEWEST_AGAINST) {
-            Some(of) if of.low >= low && of.high <= high && packings >= FEWEST => Outcome::Pass,
-            Some(of) if of.high < low || of.low > high => Outcome::Fail,
+            Some(interval)
+                if interval.low >= low && interval.high <= high && packings >= FEWEST =>
+            {
+                Outcome::Pass
+            }
+            Some(interval) if interval.high < low || interval.low > high => Outcome::Fail,
             _ => Outcome::Skipped,
         };
         Judged {
@@ -363,12 +369,9 @@ impl Row {
 
     /// With both distances from a law.
     pub fn with_fit(self, test: &str, fit: &Fit) -> Self {
-        let (of, same) = (&fit.distances, "the same (A², drawn samples)");
-        self.with(test, of.kolmogorov, fit.kolmogorov_p).with(
-            same,
-            of.anderson_darling,
-            fit.anderson_darling_p,
-        )
+        let (distances, same) = (&fit.distances, "the same (A², drawn samples)");
+        self.with(test, distances.kolmogorov, fit.kolmogorov_p)
+            .with(same, distances.anderson_darling, fit.anderson_darling_p)
     }
 
     pub fn estimate(&self) -> f64 {
@@ -449,7 +452,7 @@ impl Claim {
             Some(Verdict::DoesNotHold | Verdict::CannotBeDecided) => Outcome::Fail,
             Some(Verdict::Holds | Verdict::HoldsUnderStatedChoices) => Outcome::Pass,
         };
-        let is_it = |row: &&Row| row.judged.is_some_and(|of| of.outcome == wanted);
+        let is_it = |row: &&Row| row.judged.is_some_and(|judged| judged.outcome == wanted);
         self.rows.iter().find(is_it)
     }
 }
@@ -481,7 +484,7 @@ pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
 
 /// Of a statement that holds where all of these do.
 fn together(claims: &[&Claim]) -> Option<Verdict> {
-    let verdicts: Vec<Option<Verdict>> = claims.iter().map(|of| of.verdict).collect();
+    let verdicts: Vec<Option<Verdict>> = claims.iter().map(|claim| claim.verdict).collect();
     let any = |wanted: Verdict| verdicts.contains(&Some(wanted));
     if any(Verdict::DoesNotHold) {
         Some(Verdict::DoesNotHold)
@@ -529,7 +532,7 @@ mod tests {
     #[test]
     fn rows_make_verdicts() {
         let (yes, no, open) = (row(1.0, 0.01, 50), row(2.0, 0.01, 50), row(1.1, 0.1, 50));
-        let of = |rows: &[&Row], rule| {
+        let decided = |rows: &[&Row], rule| {
             let rows: Vec<Row> = rows.iter().map(|row| (*row).clone()).collect();
             verdict(&rows, rule)
         };
@@ -543,7 +546,7 @@ mod tests {
             ([&no, &no], Rule::AnyReading, Some(DoesNotHold)),
             ([&open, &no], Rule::AnyReading, None),
         ] {
-            assert_eq!(of(&rows, rule), wanted, "{rows:?} {rule:?}");
+            assert_eq!(decided(&rows, rule), wanted, "{rows:?} {rule:?}");
         }
         let hangs_on = |rows: [&Row; 3]| {
             let claim = Claim::of("x", "", "").by(Rule::All, rows.map(Row::clone).to_vec());
@@ -554,6 +557,6 @@ mod tests {
         assert_eq!(hangs_on([&yes, &yes, &yes]), Some(yes.estimate()));
         let reading = Claim::of("x", "", "").with(Some(Verdict::CannotBeDecided), vec![no.clone()]);
         assert_eq!(reading.hangs_on().map(Row::estimate), Some(no.estimate()));
-        assert_eq!(of(&[], Rule::All), None);
+        assert_eq!(decided(&[], Rule::All), None);
     }
 }

@@ -38,12 +38,17 @@ pub fn setup_of(scene: &Scene) -> Setup {
 }
 
 /// An interval in a row of names; its ends, and an estimate beyond them, which is then written beside it, stand at the edge.
-pub fn in_row(of: &Interval, row: usize, [low, high]: [f64; 2], decimals: usize) -> DataPoint {
-    let within = |of: f64| of.clamp(low, high);
-    let beyond = !(low..=high).contains(&of.estimate);
-    let label = beyond.then(|| format!("{:.decimals$}", of.estimate));
-    DataPoint::at(within(of.estimate), row as f64)
-        .between(within(of.low), within(of.high))
+pub fn in_row(
+    interval: &Interval,
+    row: usize,
+    [low, high]: [f64; 2],
+    decimals: usize,
+) -> DataPoint {
+    let within = |value: f64| value.clamp(low, high);
+    let beyond = !(low..=high).contains(&interval.estimate);
+    let label = beyond.then(|| format!("{:.decimals$}", interval.estimate));
+    DataPoint::at(within(interval.estimate), row as f64)
+        .between(within(interval.low), within(interval.high))
         .labelled(label.unwrap_or_default())
 }
 
@@ -68,8 +73,8 @@ impl LoadedBed {
 
 /// Runs the scene in the native engine to the end of loading.
 pub fn loaded_bed(scene: &Scene) -> Result<LoadedBed, StudyError> {
-    let of = Specification::native(scene.clone());
-    let run = of.run(scene.realization, &Engines::default(), Path::new(""));
+    let specification = Specification::native(scene.clone());
+    let run = specification.run(scene.realization, &Engines::default(), Path::new(""));
     let Realization { outcome, .. } = run?;
     let settled = outcome.settled.ok_or_else(|| {
         StudyError::Usage(format!(
@@ -91,9 +96,12 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
     let setup = setup_of(scene);
     let field = Field::new(Model::HalfSpace, setup.load);
     let volume = scene.measurement.control_volume_side.powi(2);
-    let of = |point: &ControlPoint| {
+    let distribution = |point: &ControlPoint| {
         let key = format!("loaded.stress.{}.control_volume_zz", point.name);
-        let values = campaign.rows.iter().filter_map(|of| of.measured.get(&key));
+        let values = campaign
+            .rows
+            .iter()
+            .filter_map(|row| row.measured.get(&key));
         let values: Vec<f64> = values.copied().collect();
         if values.is_empty() {
             return Err(StudyError::Usage(format!(
@@ -113,7 +121,7 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
             &values,
         ))
     };
-    setup.points.iter().map(of).collect()
+    setup.points.iter().map(distribution).collect()
 }
 
 /// Table 1, counted, and the share of piles that bear at least a force, for five piles and for many: Figure 3.
@@ -122,20 +130,23 @@ pub fn sharings() -> (Table, Plot) {
     let all: u32 = subclasses.iter().map(|subclass| subclass.cases).sum();
     let title = "Five piles share five units of force (FU): how many piles bear 0, 1, … 5 of them";
     // One case of it, the largest loads first.
-    let loads = |of: &Counted| {
+    let loads = |subclass: &Counted| {
         let forces = (0..6).rev();
-        let loads = forces.flat_map(|force| vec![force.to_string(); of.piles[force] as usize]);
+        let loads =
+            forces.flat_map(|force| vec![force.to_string(); subclass.piles[force] as usize]);
         loads.collect::<Vec<String>>().join(" ")
     };
     let table = Table::of("table-1", title, &subclasses)
         .column("loads", loads)
-        .column("name", |of| of.name);
+        .column("name", |subclass| subclass.name);
     let table = (0..6).fold(table, |table, force| {
-        table.column(&format!("bear {force}"), |of| of.piles[force])
+        table.column(&format!("bear {force}"), |subclass| subclass.piles[force])
     });
     let table = table
-        .column("cases", |of| of.cases)
-        .column("chance", |of| f64::from(of.cases) / f64::from(all));
+        .column("cases", |subclass| subclass.cases)
+        .column("chance", |subclass| {
+            f64::from(subclass.cases) / f64::from(all)
+        });
     let forces = || (0..6u32).map(|force| (force, f64::from(force)));
     let caption = "What one pile bears when five piles share five units of force, and when many do";
     let x = Axis::linear("force F, FU (the mean is 1)").within(-0.3, 5.3);
@@ -252,7 +263,8 @@ impl Distribution {
             true => ("fitted Laplace", None),
             false => ("fitted gamma", Some(mean(&self.values))),
         };
-        let [theory, own] = [self.theory, own].map(|of| of.map(|mean| Law::Exponential { mean }));
+        let [theory, own] =
+            [self.theory, own].map(|value| value.map(|mean| Law::Exponential { mean }));
         let laws = [
             theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),
             own.map(|law| ("exponential of the same mean", Colour::Grey, law)),
@@ -271,23 +283,24 @@ impl Distribution {
         let densities = bins.densities(&self.values, LEVEL);
         let middle = |index: usize| 0.5 * (bins.edge(index) + bins.edge(index + 1));
         let numbered = || densities.iter().enumerate();
-        let bars =
-            numbered().map(|(index, of)| [bins.edge(index), bins.edge(index + 1), of.estimate]);
-        let ends = numbered()
-            .map(|(index, of)| DataPoint::at(middle(index), of.estimate).between(of.low, of.high));
+        let bars = numbered()
+            .map(|(index, density)| [bins.edge(index), bins.edge(index + 1), density.estimate]);
+        let ends = numbered().map(|(index, density)| {
+            DataPoint::at(middle(index), density.estimate).between(density.low, density.high)
+        });
         let x = Axis::linear(&across);
         let y = Axis::linear(&format!("probability density, 1/{}", self.unit));
         let mut histogram = Plot::new(&name, self.caption(), x, y)
             .bars("realizations, 95 %", Colour::Sky, bars)
             .points("", Colour::Blue, ends);
-        let curve = |law: Law, of: fn(&Law, f64) -> f64| -> Vec<[f64; 2]> {
+        let curve = |law: Law, function: fn(&Law, f64) -> f64| -> Vec<[f64; 2]> {
             let from = match law {
                 Law::Laplace { .. } => bins.start,
                 _ => bins.start.max(0.0),
             };
             let points = (0..=POINTS).map(|index| {
                 let at = from + (bins.end() - from) * f64::from(index) / f64::from(POINTS);
-                [at, of(&law, at)]
+                [at, function(&law, at)]
             });
             // A gamma law of a shape below 1 has no bound at zero.
             points.filter(|point| point[1].is_finite()).collect()
@@ -375,13 +388,17 @@ mod tests {
     #[test]
     fn bins_hold_nearly_all_values_and_their_intervals_hold_the_law() {
         let shares = (0..1000).map(|k| (f64::from(k) + 0.5) / 1000.0);
-        let of = of(&shares
+        let distribution = of(&shares
             .map(|share| -0.34 * (1.0 - share).ln())
             .collect::<Vec<f64>>());
-        let bins = of.bins().expect("has values");
+        let bins = distribution.bins().expect("has values");
         let law = Law::Exponential { mean: 0.34 };
         let (mut sum, mut missed) = (0.0, 0);
-        for (index, density) in bins.densities(&of.values, LEVEL).iter().enumerate() {
+        for (index, density) in bins
+            .densities(&distribution.values, LEVEL)
+            .iter()
+            .enumerate()
+        {
             let (from, to) = (bins.edge(index), bins.edge(index + 1));
             let wanted = (law.survival(from) - law.survival(to)) / (to - from);
             missed += u32::from(!(density.low..=density.high).contains(&wanted));
@@ -390,7 +407,7 @@ mod tests {
         let count = bins.count;
         assert!(count >= 10 && missed == 0, "{missed} of {count}");
         assert!((sum - 0.9975).abs() < 0.002, "{sum}");
-        let plots = of.plots();
+        let plots = distribution.plots();
         assert_eq!(plots.len(), 2);
         // Shares fall as the law's.
         let points = plots[1].marks[0].points().expect("points");
@@ -404,8 +421,8 @@ mod tests {
     fn nothing_to_draw_draws_nothing() {
         let undrawn = [&[][..], &[1.0], &[1.0, f64::NAN], &[0.0, 0.0], &[-1.0, 0.5]];
         let without_scale = of_laplace(&[1.0, 1.0], 1.0, 0.0);
-        for of in undrawn.into_iter().map(of).chain([without_scale]) {
-            assert!(of.plots().is_empty(), "{of:?}");
+        for distribution in undrawn.into_iter().map(of).chain([without_scale]) {
+            assert!(distribution.plots().is_empty(), "{distribution:?}");
         }
     }
 
@@ -426,7 +443,7 @@ mod tests {
             panic!("one plot");
         };
         assert!(plot.caption.contains("deviation") && !plot.caption.contains("theory"));
-        let names: Vec<&str> = plot.marks.iter().map(|of| of.name.as_str()).collect();
+        let names: Vec<&str> = plot.marks.iter().map(|mark| mark.name.as_str()).collect();
         assert!(names.contains(&"fitted Laplace") && !names.join(" ").contains("exponential"));
         assert!((both_signs.bins().expect("bins").end() - 1.2).abs() < 1e-9);
     }

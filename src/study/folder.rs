@@ -98,21 +98,21 @@ struct Outlines {
 }
 
 impl Outlines {
-    fn count(&mut self, of: &Outline) {
-        if let Some(engine) = &of.engine {
+    fn count(&mut self, outline: &Outline) {
+        if let Some(engine) = &outline.engine {
             *self.engines.entry(engine.clone()).or_default() += 1;
         }
-        *self.endings.entry(of.ending.to_owned()).or_default() += 1;
+        *self.endings.entry(outline.ending.to_owned()).or_default() += 1;
     }
 
     /// Engine and version, where one made all rows; rows of several are of no one result.
     fn engine(&self) -> Result<String, StudyError> {
         if self.engines.len() > 1 {
-            let of = self.engines.iter();
-            let of = of.map(|(name, count)| format!("{name}: {count}"));
+            let engines = self.engines.iter();
+            let engines = engines.map(|(name, count)| format!("{name}: {count}"));
             return Err(StudyError::Contradiction(format!(
                 "rows were made by different engines ({}): merge what one engine made",
-                of.collect::<Vec<String>>().join(", ")
+                engines.collect::<Vec<String>>().join(", ")
             )));
         }
         Ok(self.engines.keys().next().cloned().unwrap_or_default())
@@ -273,12 +273,12 @@ impl<S: Study> StudyFolder<S> {
     }
 
     /// Of rows that have this digest.
-    fn summary(&self, of: Outlines, hash: Sha256) -> Result<Summary, StudyError> {
+    fn summary(&self, outlines: Outlines, hash: Sha256) -> Result<Summary, StudyError> {
         Ok(Summary {
             plan: self.digest.clone(),
             rows: self.plan.study.count(),
-            engine: of.engine()?,
-            endings: of.endings,
+            engine: outlines.engine()?,
+            endings: outlines.endings,
             sha256: hex(hash),
         })
     }
@@ -361,7 +361,7 @@ impl<S: Study> AnyStudy for StudyFolder<S> {
     fn run(&self, job: &Job<'_>, display: &Display) -> Result<Done, StudyError> {
         self.check_program()?;
         if let Some(planned) = &self.plan.program
-            && job.engines.external.as_ref().map(|of| &of.digest) != Some(&planned.digest)
+            && job.engines.external.as_ref().map(|engine| &engine.digest) != Some(&planned.digest)
         {
             return Err(StudyError::other_engine(&planned.path));
         }

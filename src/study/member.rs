@@ -56,8 +56,8 @@ pub struct Cost {
 pub struct Members(BTreeMap<(String, u64), Member>);
 
 impl Members {
-    pub fn get(&self, of: &Specification, realization: u64) -> Option<&Member> {
-        self.0.get(&(of.digest(), realization))
+    pub fn get(&self, specification: &Specification, realization: u64) -> Option<&Member> {
+        self.0.get(&(specification.digest(), realization))
     }
 
     /// Those of a setting that were made, by cloud.
@@ -71,14 +71,18 @@ impl Members {
 
 impl FromIterator<Member> for Members {
     fn from_iter<T: IntoIterator<Item = Member>>(all: T) -> Self {
-        let key = |of: &Member| (of.specification.clone(), of.realization);
-        Members(all.into_iter().map(|of| (key(&of), of)).collect())
+        let key = |member: &Member| (member.specification.clone(), member.realization);
+        Members(
+            all.into_iter()
+                .map(|member| (key(&member), member))
+                .collect(),
+        )
     }
 }
 
 /// A measured quantity of all members that have it.
 pub fn values(members: &[&Member], key: &str) -> Vec<f64> {
-    let values = members.iter().filter_map(|of| of.measured.get(key));
+    let values = members.iter().filter_map(|member| member.measured.get(key));
     values.copied().collect()
 }
 
@@ -105,15 +109,15 @@ impl Member {
     /// Runs a realization from cloud to end and keeps these quantities. An engine that fails is a result; an interrupt, an
     /// engine that is missing and one that does not have what it takes are errors.
     pub fn run(
-        of: &Specification,
+        specification: &Specification,
         realization: u64,
         engines: &Engines,
         work: &Path,
         keep: impl Fn(&str) -> bool,
     ) -> Result<Member, EngineError> {
         let clock = ThreadTime::now();
-        let scene = of.scene_of(realization);
-        let run = match of.run(realization, engines, work) {
+        let scene = specification.scene_of(realization);
+        let run = match specification.run(realization, engines, work) {
             Ok(run) => run,
             Err(error) => {
                 // That a YADE or an external engine breaks is a result.
@@ -122,17 +126,17 @@ impl Member {
                     error => went_wrong(error)?,
                 };
                 let mut cost = Cost::default();
-                if of.runner.is_native() {
+                if specification.runner.is_native() {
                     cost.cpu_seconds = clock.elapsed().as_secs_f64();
                 }
                 return Ok(Member {
                     cost: Some(cost),
-                    ..Member::without(of, realization, Ending::Failed(reason))
+                    ..Member::without(specification, realization, Ending::Failed(reason))
                 });
             }
         };
         let measuring = ThreadTime::now();
-        let mut member = Member::measured(of, &scene, &run, keep);
+        let mut member = Member::measured(specification, &scene, &run, keep);
         member.cost = Some(Cost {
             cpu_seconds: clock.elapsed().as_secs_f64() + run.elsewhere,
             measuring_seconds: measuring.elapsed().as_secs_f64(),
@@ -155,7 +159,7 @@ impl Member {
     }
 
     fn measured(
-        of: &Specification,
+        specification: &Specification,
         scene: &Scene,
         run: &Realization,
         keep: impl Fn(&str) -> bool,
@@ -170,14 +174,14 @@ impl Member {
             load_steps: run.load_steps,
             loaded_state: Some(run.outcome.last.digest()),
             measured,
-            ..Member::without(of, scene.realization, run.ending.clone())
+            ..Member::without(specification, scene.realization, run.ending.clone())
         }
     }
 
     /// One that gave nothing.
-    pub fn without(of: &Specification, realization: u64, ending: Ending) -> Self {
+    pub fn without(specification: &Specification, realization: u64, ending: Ending) -> Self {
         Member {
-            specification: of.digest(),
+            specification: specification.digest(),
             realization,
             ending,
             ..Member::default()
@@ -204,16 +208,16 @@ pub fn of_one_bed(
         },
         Err(error) => Err(Ending::Failed(went_wrong(EngineError::Native(error))?)),
     };
-    let load = |of: &Setting| {
-        let of = &of.specification;
-        let scene = of.scene_of(cloud);
+    let load = |setting: &Setting| {
+        let specification = &setting.specification;
+        let scene = specification.scene_of(cloud);
         let loaded = poured.as_ref();
         let ending = match loaded.map(|bed| realization::loaded(&scene, bed, true)) {
-            Ok(Ok(run)) => return Ok(Member::measured(of, &scene, &run, keep)),
+            Ok(Ok(run)) => return Ok(Member::measured(specification, &scene, &run, keep)),
             Ok(Err(error)) => Ending::Failed(went_wrong(EngineError::Native(error))?),
             Err(ending) => ending.clone(),
         };
-        Ok(Member::without(of, cloud, ending))
+        Ok(Member::without(specification, cloud, ending))
     };
     settings.iter().map(load).collect()
 }
@@ -292,7 +296,7 @@ impl Beds {
 
     pub fn clouds(&self) -> u64 {
         let first = self.settings().next();
-        first.map_or(0, |of| of.realizations().count() as u64)
+        first.map_or(0, |setting| setting.realizations().count() as u64)
     }
 
     /// What is wrong with beds that may have been read from a file.
@@ -302,15 +306,17 @@ impl Beds {
         }
         sound(self.settings())?;
         let clouds = self.clouds();
-        let as_many =
-            |of: &Setting| of.clouds.len() == 1 && of.realizations().count() as u64 == clouds;
+        let as_many = |setting: &Setting| {
+            setting.clouds.len() == 1 && setting.realizations().count() as u64 == clouds
+        };
         if !self.settings().all(as_many) {
             return Err("beds have different numbers of clouds".to_owned());
         }
         for bed in &self.0 {
             let first = &bed[0];
-            let pours_like = |of: &Setting| of.specification.pours_like(&first.specification);
-            let other = |of: &&Setting| of.clouds != first.clouds || !pours_like(of);
+            let pours_like =
+                |setting: &Setting| setting.specification.pours_like(&first.specification);
+            let other = |setting: &&Setting| setting.clouds != first.clouds || !pours_like(setting);
             if let Some(other) = bed.iter().find(other) {
                 let (other, first) = (&other.id, &first.id);
                 return Err(format!("{other} does not load the beds of {first}"));
@@ -362,7 +368,7 @@ impl<P: OfBeds> Study for P {
 
     fn identity(&self, task: u64) -> String {
         let (bed, cloud) = bed_of(self.beds(), task);
-        let all = bed.iter().map(|of| of.specification.digest());
+        let all = bed.iter().map(|setting| setting.specification.digest());
         format!("{} {cloud}", all.collect::<Vec<String>>().join(" "))
     }
 
@@ -373,13 +379,13 @@ impl<P: OfBeds> Study for P {
 
     fn belongs(&self, task: u64, row: &Vec<Member>) -> bool {
         let (bed, cloud) = bed_of(self.beds(), task);
-        let own = bed.iter().map(|of| of.specification.digest());
-        own.eq(row.iter().map(|of| of.specification.clone()))
-            && row.iter().all(|of| of.realization == cloud)
+        let own = bed.iter().map(|setting| setting.specification.digest());
+        own.eq(row.iter().map(|member| member.specification.clone()))
+            && row.iter().all(|member| member.realization == cloud)
     }
 
     fn outline(&self, row: &Vec<Member>) -> Outline {
-        let cloud = row.first().map_or(0, |of| of.realization);
+        let cloud = row.first().map_or(0, |member| member.realization);
         let cells = [
             ("realization", cloud.to_string()),
             ("loads", row.len().to_string()),

@@ -215,7 +215,9 @@ fn whole_in(
 /// left the box; any other failure – an interrupt, a missing or broken YADE, a full disk – is handed back.
 pub fn went_wrong(error: EngineError) -> Result<String, EngineError> {
     match error {
-        EngineError::Native(of) if of.trouble != Trouble::Interrupted => Ok(of.to_string()),
+        EngineError::Native(error) if error.trouble != Trouble::Interrupted => {
+            Ok(error.to_string())
+        }
         EngineError::Program(error @ ProgramError::WentWrong { .. }) => Ok(error.to_string()),
         error => Err(error),
     }
@@ -277,7 +279,8 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
     };
     let (settled_bed, last_bed) = (bed_of(settled), bed_of(&outcome.last));
     let all = measure::all(scene, Some(settled_bed), last_bed).into_iter();
-    let mut measured: BTreeMap<String, f64> = all.map(|of| (of.key, of.value)).collect();
+    let mut measured: BTreeMap<String, f64> =
+        all.map(|quantity| (quantity.key, quantity.value)).collect();
     let surface = measure::surface(scene, &settled.bodies);
     let layer = stress::over_depth(scene, settled_bed, surface, stress::LAYERS[0]);
     let shapes = [
@@ -319,9 +322,9 @@ pub fn laws(scene: &Scene, settled: &Snapshot) -> BTreeMap<String, f64> {
     let mut found = BTreeMap::new();
     for layer in stress::LAYERS {
         let mut stress = stress::over_depth(scene, bed_of(settled), surface, layer);
-        stress.retain(|of| *of > 0.0);
+        stress.retain(|value| *value > 0.0);
         let unit = moments::mean(&stress);
-        stress.iter_mut().for_each(|of| *of /= unit);
+        stress.iter_mut().for_each(|value| *value /= unit);
         for family in Family::OF_STRESSES {
             if let Some(law) = family.fit(&stress) {
                 let density = law.log_likelihood(&stress) / stress.len() as f64;
@@ -376,11 +379,11 @@ impl Specification {
 
     /// The first 64 bits of SHA-256, in hexadecimal. Specifications of one digest give the same members.
     pub fn digest(&self) -> String {
-        let of = Specification {
+        let specification = Specification {
             scene: self.scene_of(0),
             ..self.clone()
         };
-        let text = serde_json::to_string(&of).expect("a specification is JSON");
+        let text = serde_json::to_string(&specification).expect("a specification is JSON");
         sha256_hex(text.as_bytes())[..16].to_owned()
     }
 
@@ -424,13 +427,19 @@ pub struct Setting {
 
 impl Setting {
     /// The specification on clouds from 1 on.
-    pub fn new(id: &str, name: &str, axis: &str, of: Specification, clouds: u64) -> Self {
+    pub fn new(
+        id: &str,
+        name: &str,
+        axis: &str,
+        specification: Specification,
+        clouds: u64,
+    ) -> Self {
         Setting {
             id: id.to_owned(),
             name: name.to_owned(),
             axis: axis.to_owned(),
             at: Vec::new(),
-            specification: of,
+            specification,
             clouds: vec![[1, clouds]],
         }
     }
@@ -442,9 +451,9 @@ impl Setting {
 
 /// What is wrong with settings that may have been read from a file.
 pub fn sound<'a>(settings: impl IntoIterator<Item = &'a Setting>) -> Result<(), String> {
-    for of in settings {
-        let (id, clouds) = (&of.id, &of.clouds);
-        let checked = of.specification.scene.check();
+    for setting in settings {
+        let (id, clouds) = (&setting.id, &setting.clouds);
+        let checked = setting.specification.scene.check();
         checked.map_err(|error| format!("{id}: {error}"))?;
         let ends = |[first, last]: &[u64; 2]| first <= last && last - first < MOST_CLOUDS;
         if clouds.is_empty() || !clouds.iter().all(ends) {
@@ -573,7 +582,7 @@ impl Change {
             Change::Density(share) => {
                 let of_loading = scene.loading.material.iter_mut();
                 let all = std::iter::once(&mut scene.material).chain(of_loading);
-                all.for_each(|of| of.density *= share);
+                all.for_each(|material| material.density *= share);
             }
             Change::Diameter(diameter) | Change::DiameterSameArea(diameter) => {
                 let ratio = scene.particles.mean_diameter / diameter;

@@ -130,7 +130,11 @@ impl OfBeds for Plan {
     }
 
     fn is_whole(&self) -> Result<(), String> {
-        match self.beds.settings().all(|of| of.at.len() == AXES.len()) {
+        match self
+            .beds
+            .settings()
+            .all(|setting| setting.at.len() == AXES.len())
+        {
             true => Ok(()),
             false => Err("a setting has other coordinates than the space has axes".to_owned()),
         }
@@ -165,7 +169,11 @@ const SHOWN: usize = 5;
 
 impl Search {
     pub fn document(&self) -> Document {
-        let checks: Vec<Check> = self.figures.iter().map(|of| self.check(of)).collect();
+        let checks: Vec<Check> = self
+            .figures
+            .iter()
+            .map(|figure| self.check(figure))
+            .collect();
         Document {
             title: "Which settings give the published figures?".to_owned(),
             verdict: verdict(&checks),
@@ -199,13 +207,13 @@ impl Search {
         let farthest = best.implausibility;
         if self.is_none_left() {
             let odds = self.odds.first();
-            let title = |index: usize| odds.map_or("", |of| self.title(&of.figures[index]));
+            let title = |index: usize| odds.map_or("", |pair| self.title(&pair.figures[index]));
             return format!(
                 "No setting of this space gives all published figures: the least implausible one is at {farthest:.2}, beyond {CUT}. The \
                  hardest to have at once are {} and {}, at {:.2}.",
                 title(0),
                 title(1),
-                odds.map_or(0.0, |of| of.least)
+                odds.map_or(0.0, |pair| pair.least)
             );
         }
         // None of the candidates may be left, though better ones were found near the best of them.
@@ -223,7 +231,9 @@ impl Search {
 
     fn title<'a>(&'a self, id: &str) -> &'a str {
         let mut figures = self.figures.iter();
-        figures.find(|of| of.id == id).map_or("", |of| &of.title)
+        figures
+            .find(|figure| figure.id == id)
+            .map_or("", |figure| &figure.title)
     }
 
     /// That the emulator is as good as it says.
@@ -253,26 +263,26 @@ impl Search {
         );
         let title = "Targets and emulators";
         let table = Table::of("targets", title, &self.figures)
-            .column("figure", |of| &of.title)
-            .column("unit", |of| &of.unit)
-            .column("published", |of| of.value)
-            .column("known to", |of| of.deviation)
-            .column("expected to, median", |of| of.uncertainty)
-            .column("noise common to a bed's loads", |of| of.correlation)
-            .column("deviations made larger, times", |of| of.inflation)
-            .column("least implausibility alone", |of| of.least);
+            .column("figure", |figure| &figure.title)
+            .column("unit", |figure| &figure.unit)
+            .column("published", |figure| figure.value)
+            .column("known to", |figure| figure.deviation)
+            .column("expected to, median", |figure| figure.uncertainty)
+            .column("noise common to a bed's loads", |figure| figure.correlation)
+            .column("deviations made larger, times", |figure| figure.inflation)
+            .column("least implausibility alone", |figure| figure.least);
         Section::new("What is wanted", words).with(table)
     }
 
     /// Whether the search would have found figures that there are, and none where there are none.
     fn controls(&self) -> Section {
-        let again = self.found_again.map_or(String::new(), |of| {
+        let again = self.found_again.map_or(String::new(), |share| {
             format!(
                 "With the results of a setting that was run as targets, and its bed unknown, the setting is left in {:.1} % of the cases \
                  ({:.1} to {:.1}). ",
-                100.0 * of.estimate,
-                100.0 * of.low,
-                100.0 * of.high
+                100.0 * share.estimate,
+                100.0 * share.low,
+                100.0 * share.high
             )
         });
         let impossible = self.of_impossible.map_or(String::new(), |least| {
@@ -286,13 +296,16 @@ impl Search {
 
     fn best_settings(&self) -> Section {
         let best = &self.best[..self.best.len().min(SHOWN)];
-        let row = |name: &str, published: Option<String>, of: &dyn Fn(&Expectation) -> String| {
-            let words: Vec<String> = best.iter().map(of).collect();
+        let row = |name: &str, published: Option<String>, cell: &dyn Fn(&Expectation) -> String| {
+            let words: Vec<String> = best.iter().map(cell).collect();
             (name.to_owned(), published, words)
         };
         let axes = AXES.iter().enumerate();
-        let axes =
-            axes.map(|(index, axis)| row(axis.name, None, &|of| axis.scale.words(of.at[index])));
+        let axes = axes.map(|(index, axis)| {
+            row(axis.name, None, &|expectation| {
+                axis.scale.words(expectation.at[index])
+            })
+        });
         let figures = self.figures.iter().enumerate();
         let figures = figures.map(|(index, figure)| {
             let words = |[mean, deviation]: [f64; 2]| match figure.unit.as_str() {
@@ -300,12 +313,12 @@ impl Search {
                 _ => format!("{mean:.3} ± {deviation:.3}"),
             };
             let published = words([figure.value, figure.deviation]);
-            row(&figure.title, Some(published), &|of| {
-                words(of.expected[index])
+            row(&figure.title, Some(published), &|expectation| {
+                words(expectation.expected[index])
             })
         });
-        let last = row("implausibility", None, &|of| {
-            format!("{:.2}", of.implausibility)
+        let last = row("implausibility", None, &|expectation| {
+            format!("{:.2}", expectation.implausibility)
         });
         let rows: Vec<_> = axes.chain(figures).chain([last]).collect();
         let table = Table::of("best", "The least implausible settings", &rows)
@@ -321,18 +334,18 @@ impl Search {
     fn at_odds(&self) -> Section {
         let title = "Two figures at once: the larger of both implausibilities, at its least";
         let table = Table::of("odds", title, &self.odds)
-            .column("figure", |of| self.title(&of.figures[0]))
-            .column("with", |of| self.title(&of.figures[1]))
-            .column("least", |of| of.least);
+            .column("figure", |pair| self.title(&pair.figures[0]))
+            .column("with", |pair| self.title(&pair.figures[1]))
+            .column("least", |pair| pair.least);
         let words = format!("Beyond {CUT} no setting gives both.");
         Section::new("Which figure stands against which", words).with(table)
     }
 
     /// Those that fit the choices; a record may come from anywhere.
     fn drawn(&self) -> impl Iterator<Item = &Map> {
-        let fits = |of: &&Map| {
-            let sizes = [of.least.len(), of.left.len()];
-            of.axes.iter().all(|axis| *axis < AXES.len()) && sizes == [BINS * BINS; 2]
+        let fits = |map: &&Map| {
+            let sizes = [map.least.len(), map.left.len()];
+            map.axes.iter().all(|axis| *axis < AXES.len()) && sizes == [BINS * BINS; 2]
         };
         self.maps.iter().filter(fits)
     }
@@ -340,11 +353,11 @@ impl Search {
     /// The least implausibility of each bin of a choice, whatever the others are; none where there is no setting.
     fn least_of(&self, axis: usize) -> [Option<f64>; BINS] {
         let mut all = [None; BINS];
-        for map in self.drawn().filter(|of| of.axes.contains(&axis)) {
+        for map in self.drawn().filter(|map| map.axes.contains(&axis)) {
             for (bin, least) in map.least.iter().enumerate() {
                 let own = [bin % BINS, bin / BINS][usize::from(map.axes[1] == axis)];
                 if let Some(least) = least {
-                    all[own] = Some(all[own].map_or(*least, |of: f64| of.min(*least)));
+                    all[own] = Some(all[own].map_or(*least, |value: f64| value.min(*least)));
                 }
             }
         }
@@ -359,16 +372,16 @@ impl Search {
         let (mut parts, mut whole) = (Vec::new(), Vec::new());
         for (index, axis) in AXES.iter().enumerate() {
             let least = self.least_of(index).into_iter().enumerate();
-            let bins = least.filter_map(|(bin, of)| Some((axis.scale.part(bin, BINS), of?)));
+            let bins = least.filter_map(|(bin, value)| Some((axis.scale.part(bin, BINS), value?)));
             let (all, least): (Vec<[f64; 2]>, Vec<f64>) = bins.unzip();
-            let left = all.iter().zip(&least).filter(|of| *of.1 <= CUT);
-            let left: Vec<[f64; 2]> = left.map(|of| *of.0).collect();
+            let left = all.iter().zip(&least).filter(|pair| *pair.1 <= CUT);
+            let left: Vec<[f64; 2]> = left.map(|pair| *pair.0).collect();
             let (title, unit) = space::split(axis.name);
             if left.len() == all.len() {
                 whole.push(title);
                 continue;
             }
-            let [left, all] = [left, all].map(|of| axis.scale.told(&of));
+            let [left, all] = [left, all].map(|ranges| axis.scale.told(&ranges));
             let left = format!("{left} {unit}");
             parts.push(format!("{title} {} (of {all})", left.trim_end()));
         }
@@ -422,29 +435,31 @@ impl Search {
                 AXES[axis].scale.told(&[part(axis, bin)])
             )
         };
-        let of_least = |least: f64| LEAST.iter().position(|of| least <= of.0);
+        let of_least = |least: f64| LEAST.iter().position(|class| least <= class.0);
         for map in self.drawn() {
             for (bin, found) in map.least.iter().enumerate() {
                 let Some(least) = found else { continue };
-                let of = [bin % BINS, bin / BINS];
+                let bins = [bin % BINS, bin / BINS];
                 let cell = |across: usize, upwards: usize| {
-                    let [x, y] = [across, upwards].map(|side| drawn(map.axes[side], of[side]));
+                    let [x, y] = [across, upwards].map(|side| drawn(map.axes[side], bins[side]));
                     let [left, right] = x.map(|at| within(map.axes[across], at));
                     let [low, high] = y.map(|at| within(last - map.axes[upwards], at));
                     [left, right, low, high]
                 };
-                let words = [0, 1].map(|side| told(map.axes[side], of[side])).join("; ");
+                let words = [0, 1]
+                    .map(|side| told(map.axes[side], bins[side]))
+                    .join("; ");
                 let class = of_least(*least).unwrap_or(none);
                 groups[class].push((cell(0, 1), format!("{words}: {least:.2}")));
                 let share = map.left[bin];
-                let class = LEFT.iter().position(|of| share >= of.0);
-                let class = class.map_or(none, |of| LEAST.len() + of);
+                let class = LEFT.iter().position(|class| share >= class.0);
+                let class = class.map_or(none, |index| LEAST.len() + index);
                 groups[class].push((cell(1, 0), format!("{words}: {share:.4}")));
             }
         }
         let mut names = Vec::new();
         for (index, axis) in AXES.iter().enumerate() {
-            let middle = [index, last - index].map(|of| of as f64 + 0.5);
+            let middle = [index, last - index].map(|square| square as f64 + 0.5);
             names.push(([middle[0], middle[1] + 0.07], axis.name.to_owned()));
             for (bin, least) in self.least_of(index).into_iter().enumerate() {
                 let Some(least) = least else { continue };
@@ -455,8 +470,8 @@ impl Search {
                     .push(([left, right, low, low + 0.1], words));
             }
         }
-        let blue = LEAST.map(|of| (Colour::Blue, of));
-        let red = LEFT.map(|of| (Colour::Vermilion, of));
+        let blue = LEAST.map(|class| (Colour::Blue, class));
+        let red = LEFT.map(|class| (Colour::Vermilion, class));
         let grey = (Colour::Grey, (0.0, "excluded; none is left", 0.16));
         let classes = blue.into_iter().chain(red).chain([grey]);
         for (cells, (colour, (_, name, dense))) in groups.into_iter().zip(classes) {
@@ -470,14 +485,17 @@ impl Search {
 
     fn settings(&self) -> Section {
         let title = "Every setting that was run, and its means";
-        let table = Table::of("settings", title, &self.observed).column("bed", |of| of.bed);
+        let table =
+            Table::of("settings", title, &self.observed).column("bed", |observed| observed.bed);
         let axes = self.axes.iter().zip(&AXES).enumerate();
         let table = axes.fold(table, |table, (index, (name, axis))| {
             let words = |at: &f64| axis.scale.words(*at);
-            table.column(name, |of| of.at.get(index).map(words))
+            table.column(name, |observed| observed.at.get(index).map(words))
         });
         let table = self.figures.iter().fold(table, |table, figure| {
-            table.column(&figure.title, |of| of.of.get(&figure.id).map(|of| of.mean))
+            table.column(&figure.title, |observed| {
+                observed.of.get(&figure.id).map(|sampled| sampled.mean)
+            })
         });
         Section::new("Settings", "").with(table)
     }

@@ -23,14 +23,16 @@ impl Shard {
     /// Everything in one process.
     pub const WHOLE: Shard = Shard { index: 1, of: 1 };
 
-    pub fn new(index: u64, of: u64) -> Result<Self, String> {
-        if of == 0 || of > MOST {
-            return Err(format!("{of} shards; there are 1 to {MOST}"));
+    pub fn new(index: u64, shards: u64) -> Result<Self, String> {
+        if shards == 0 || shards > MOST {
+            return Err(format!("{shards} shards; there are 1 to {MOST}"));
         }
-        if index == 0 || index > of {
-            return Err(format!("shard {index} of {of}; shards are counted from 1"));
+        if index == 0 || index > shards {
+            return Err(format!(
+                "shard {index} of {shards}; shards are counted from 1"
+            ));
         }
-        Ok(Shard { index, of })
+        Ok(Shard { index, of: shards })
     }
 
     /// From the variables of a Slurm job array, read by `variable`. The number of shards is CROSSGRAIN_TASKS, or else
@@ -66,8 +68,8 @@ impl Shard {
     }
 
     /// Its rows of so many, in order.
-    pub fn rows(&self, of: u64) -> impl Iterator<Item = u64> + use<> {
-        (self.index..=of).step_by(self.of as usize)
+    pub fn rows(&self, count: u64) -> impl Iterator<Item = u64> + use<> {
+        (self.index..=count).step_by(self.of as usize)
     }
 }
 
@@ -83,10 +85,10 @@ impl FromStr for Shard {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong =
             || format!("{text:?} is not a shard; shards are named I/N, such as 3/8, or auto");
-        let (index, of) = text.split_once('/').ok_or_else(wrong)?;
+        let (index, shards) = text.split_once('/').ok_or_else(wrong)?;
         Shard::new(
             index.parse().map_err(|_| wrong())?,
-            of.parse().map_err(|_| wrong())?,
+            shards.parse().map_err(|_| wrong())?,
         )
     }
 }
@@ -97,16 +99,19 @@ mod tests {
 
     #[test]
     fn every_row_belongs_to_one_shard() {
-        for of in [1, 2, 3, 7, 50] {
+        for shards in [1, 2, 3, 7, 50] {
             let mut seen = vec![0; 41];
-            for index in 1..=of {
-                let shard = Shard::new(index, of).expect("a shard");
+            for index in 1..=shards {
+                let shard = Shard::new(index, shards).expect("a shard");
                 for row in shard.rows(40) {
-                    assert_eq!((row - 1) % of, index - 1);
+                    assert_eq!((row - 1) % shards, index - 1);
                     seen[row as usize] += 1;
                 }
             }
-            assert!(seen[1..].iter().all(|times| *times == 1), "{of}: {seen:?}");
+            assert!(
+                seen[1..].iter().all(|times| *times == 1),
+                "{shards}: {seen:?}"
+            );
         }
     }
 
@@ -114,14 +119,14 @@ mod tests {
     fn tasks_of_an_array_are_shards() {
         let slurm = |task, first, count, tasks: Option<u64>| {
             Shard::from_slurm(|name| {
-                let of: Option<u64> = match name {
+                let value: Option<u64> = match name {
                     "SLURM_ARRAY_TASK_ID" => task,
                     "SLURM_ARRAY_TASK_MIN" => first,
                     "SLURM_ARRAY_TASK_COUNT" => count,
                     TASKS_VARIABLE => tasks,
                     _ => None,
                 };
-                of.map(|of| of.to_string())
+                value.map(|number| number.to_string())
             })
         };
         let from_zero = slurm(Some(9), Some(0), Some(10), None);

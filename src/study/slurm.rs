@@ -26,7 +26,7 @@ pub fn write(
         let why = format!("{tasks} tasks for {rows} rows: some would have nothing to do");
         return Err(StudyError::Usage(why));
     }
-    let plain = |of: char| of.is_ascii_alphanumeric() || "_-.,".contains(of);
+    let plain = |character: char| character.is_ascii_alphanumeric() || "_-.,".contains(character);
     let strange =
         |name: &&str| name.is_empty() || name.starts_with('-') || !name.chars().all(plain);
     if let Some(name) = partition.filter(strange) {

@@ -114,7 +114,7 @@ impl Index {
             ..Index::default()
         };
         let files = listed((folder, RECORDS), MOST_FILES)?.into_iter();
-        let files = files.map(|of| of.path);
+        let files = files.map(|file| file.path);
         let files = files.filter(|path| path.extension().is_some_and(|end| end == "jsonl"));
         index.files = files.collect();
         for file in 0..index.files.len() {
@@ -128,7 +128,11 @@ impl Index {
         let mut reader = BufReader::with_capacity(1 << 16, self.open(file)?);
         // A line a row, and room for what others have left.
         let limit = (count + 64).saturating_mul(LONGEST_LINE);
-        if reader.get_ref().metadata().is_ok_and(|of| of.len() > limit) {
+        if reader
+            .get_ref()
+            .metadata()
+            .is_ok_and(|metadata| metadata.len() > limit)
+        {
             return Err(FileError::TooLarge { path, limit });
         }
         let (mut offset, mut at, mut found) = (0, 0, 0);

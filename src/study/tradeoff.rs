@@ -49,7 +49,7 @@ impl Study for Plan {
 
     fn run(&self, task: u64, engines: &Engines, work: &Path) -> Result<Member, EngineError> {
         let (setting, cloud) = self.task(task);
-        let keep = |key: &str| QUANTITIES.iter().any(|of| of.key == key);
+        let keep = |key: &str| QUANTITIES.iter().any(|quantity| quantity.key == key);
         Member::run(&setting.specification, cloud, engines, work, keep)
     }
 
@@ -59,22 +59,26 @@ impl Study for Plan {
     }
 
     fn same(first: &Member, second: &Member) -> bool {
-        let timeless = |of: &Member| Member {
+        let timeless = |member: &Member| Member {
             cost: None,
-            ..of.clone()
+            ..member.clone()
         };
         timeless(first) == timeless(second)
     }
 
     fn outline(&self, row: &Member) -> Outline {
         let mut settings = self.settings().into_iter();
-        let of = settings.find(|of| of.specification.digest() == row.specification);
-        row.outline(of.map_or("", |of| &of.id))
+        let setting = settings.find(|setting| setting.specification.digest() == row.specification);
+        row.outline(setting.map_or("", |setting| &setting.id))
     }
 
     fn judge(folder: &StudyFolder<Self>) -> Result<Judged, StudyError> {
         let members: Members = folder.rows()?.into_iter().collect();
-        let external = folder.plan.program.as_ref().map(|of| &of.described);
+        let external = folder
+            .plan
+            .program
+            .as_ref()
+            .map(|program| &program.described);
         let convergence = convergence().map_err(EngineError::Native)?;
         let record = Tradeoff::of(&folder.plan.study, &members, convergence, external);
         Judged::of(Self::KIND, &record, record.document())
@@ -174,7 +178,7 @@ impl Tradeoff {
             confirmatory: plan.confirmatory,
             quantities: quantities(&members.of(&plan.reference)),
             null_comparison: null_comparison(plan, &plan.reference, members),
-            recommended: recommended(&points).map(|of| of.method.id.clone()),
+            recommended: recommended(&points).map(|point| point.method.id.clone()),
             reference,
             points,
             convergence,
@@ -207,10 +211,10 @@ impl Tradeoff {
 
 /// Why an external engine cannot run the specification, where it cannot, and what it says of itself. One that has all but
 /// a punch pours and settles.
-fn notes(of: &Specification, engine: &Description) -> Vec<String> {
-    let mut task = Task::whole(initial_bodies(&of.scene));
+fn notes(specification: &Specification, engine: &Description) -> Vec<String> {
+    let mut task = Task::whole(initial_bodies(&specification.scene));
     task.until = Until::EndOfSettling;
-    let missing = missing_for_scene(engine, &of.scene, &task);
+    let missing = missing_for_scene(engine, &specification.scene, &task);
     let lacks = format!("{} has no {}", engine.name, Part::list(&missing));
     let says = engine.approximations.iter();
     let says = says.map(|says| format!("it says of itself: {says}"));
@@ -232,8 +236,8 @@ impl Point {
         let wanted = method.realizations().count() as u64;
         let reference = plan.reference_of(method);
         let judged = |[first, last]: [u64; 2]| {
-            let of = [(reference, first), (method, first)];
-            let pairs = pairs(members, last + 1 - first, of);
+            let sides = [(reference, first), (method, first)];
+            let pairs = pairs(members, last + 1 - first, sides);
             judge(&pairs, comparable(method, reference))
         };
         let is_reference = method == reference;
@@ -251,7 +255,7 @@ impl Point {
             dominated_by: None,
             clearly: false,
             missing: wanted - members.of(method).len() as u64,
-            notes: engine.map_or(Vec::new(), |of| notes(&method.specification, of)),
+            notes: engine.map_or(Vec::new(), |engine| notes(&method.specification, engine)),
             digest: method.specification.digest(),
             method: method.clone(),
         }
@@ -259,8 +263,8 @@ impl Point {
 
     /// Its cost, s, and its error, where it can be dominated and dominate.
     pub fn place(&self) -> Option<(f64, Interval)> {
-        let of = Some(self).filter(|of| of.method.id != FRICTIONAL)?;
-        Some((of.costs?.cpu_seconds, of.screened.error()?))
+        let point = Some(self).filter(|point| point.method.id != FRICTIONAL)?;
+        Some((point.costs?.cpu_seconds, point.screened.error()?))
     }
 }
 
@@ -268,12 +272,15 @@ impl Point {
 /// The reference with friction takes no part.
 fn dominance(points: &mut [Point]) {
     let places = points.iter().enumerate();
-    let places = places.filter_map(|(index, of)| Some((index, of.place()?)));
+    let places = places.filter_map(|(index, point)| Some((index, point.place()?)));
     let places: Vec<(usize, (f64, Interval))> = places.collect();
     for (index, (cost, error)) in &places {
-        let better = places.iter().filter(|(other, (c, of))| {
-            let alike = [*other, *index].map(|of| is_frictional(&points[of].method));
-            other != index && alike[0] == alike[1] && c <= cost && of.estimate <= error.estimate
+        let better = places.iter().filter(|(other, (c, other_error))| {
+            let alike = [*other, *index].map(|number| is_frictional(&points[number].method));
+            other != index
+                && alike[0] == alike[1]
+                && c <= cost
+                && other_error.estimate <= error.estimate
         });
         let better = better.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((other, (_, smaller))) = better {
@@ -300,51 +307,52 @@ fn pairs<'a>(
     count: u64,
     [one, other]: [(&Setting, u64); 2],
 ) -> Vec<(&'a Member, &'a Member)> {
-    let on = |(of, first): (&Setting, u64), next| members.get(&of.specification, first + next);
+    let on =
+        |(setting, first): (&Setting, u64), next| members.get(&setting.specification, first + next);
     let pair = |next| on(one, next).zip(on(other, next));
     (0..count).filter_map(pair).collect()
 }
 
 /// A reference against itself on other clouds.
 fn null_comparison(plan: &Plan, reference: &Setting, members: &Members) -> Judgement {
-    let of = [1, FIRST_CONFIRMATORY].map(|first| (reference, first));
-    judge(&pairs(members, plan.screening, of), |_| true)
+    let sides = [1, FIRST_CONFIRMATORY].map(|first| (reference, first));
+    judge(&pairs(members, plan.screening, sides), |_| true)
 }
 
 fn costs(members: &[&Member]) -> Option<Costs> {
-    let of = |figure: fn(&Member, Cost) -> f64| -> Vec<f64> {
+    let column = |figure: fn(&Member, Cost) -> f64| -> Vec<f64> {
         let all = members.iter();
         all.filter_map(|member| Some(figure(member, member.cost?)))
             .collect()
     };
-    let seconds = of(|_, cost| cost.cpu_seconds);
+    let seconds = column(|_, cost| cost.cpu_seconds);
     Some(Costs {
         cpu_seconds: median(&seconds)?,
         range: [
             seconds.iter().copied().fold(f64::INFINITY, f64::min),
             seconds.iter().copied().fold(0.0, f64::max),
         ],
-        pour_steps: mean(&of(|member, _| member.pour_steps as f64)),
-        load_steps: mean(&of(|member, _| member.load_steps as f64)),
-        measuring_seconds: median(&of(|_, cost| cost.measuring_seconds))?,
+        pour_steps: mean(&column(|member, _| member.pour_steps as f64)),
+        load_steps: mean(&column(|member, _| member.load_steps as f64)),
+        measuring_seconds: median(&column(|_, cost| cost.measuring_seconds))?,
     })
 }
 
 fn quantities(reference: &[&Member]) -> Vec<Quantity> {
-    let one = |of: &judge::Quantity| {
-        let values = values(reference, of.key);
+    let one = |quantity: &judge::Quantity| {
+        let values = values(reference, quantity.key);
         let found = (values.len() > 1).then(|| Reference {
             mean: mean(&values),
             deviation: standard_deviation(&values),
             count: values.len(),
         });
         Quantity {
-            key: of.key.into(),
-            title: of.title.into(),
-            unit: of.unit.into(),
-            margin: (of.margin.zip(found)).map(|(margin, found)| margin.absolute(found.mean)),
+            key: quantity.key.into(),
+            title: quantity.title.into(),
+            unit: quantity.unit.into(),
+            margin: (quantity.margin.zip(found)).map(|(margin, found)| margin.absolute(found.mean)),
             reference: found,
-            reason: of.reason.into(),
+            reason: quantity.reason.into(),
         }
     };
     QUANTITIES.iter().map(one).collect()
@@ -352,8 +360,8 @@ fn quantities(reference: &[&Member]) -> Vec<Quantity> {
 
 /// Heights can be compared only between beds of as many grains over the width.
 fn comparable(method: &Setting, reference: &Setting) -> impl Fn(&str) -> bool {
-    let load = |of: &Setting| {
-        let scene = &of.specification.scene;
+    let load = |setting: &Setting| {
+        let scene = &setting.specification.scene;
         f64::from(scene.particles.count) / scene.container.width
     };
     let same_depth = (load(method) / load(reference) - 1.0).abs() < 1.0e-9;

@@ -337,9 +337,9 @@ pub fn deviations(
         .into_iter()
         .enumerate()
     {
-        let off = expected.iter().map(|of| {
-            let expected = [of.overlap, of.approach][part];
-            ((seen(of.step)[part] - expected) / amplitudes[part]).abs()
+        let off = expected.iter().map(|state| {
+            let expected = [state.overlap, state.approach][part];
+            ((seen(state.step)[part] - expected) / amplitudes[part]).abs()
         });
         let what = format!("{id}: largest deviation of the {what} over its amplitude, 1");
         figures.is(&what, furthest(0.0, off), 0.0, tolerance);
@@ -385,13 +385,13 @@ mod tests {
     }
 
     /// One step after the other, with everything at once.
-    fn stepped(of: &SpringDashpot, mut state: State, steps: u64) -> State {
+    fn stepped(contact: &SpringDashpot, mut state: State, steps: u64) -> State {
         for _ in 0..steps {
-            let acceleration = of.pull - of.force(&state) / of.mass;
-            let on_step = state.approach + 0.5 * of.dt * acceleration;
+            let acceleration = contact.pull - contact.force(&state) / contact.mass;
+            let on_step = state.approach + 0.5 * contact.dt * acceleration;
             let sign = (acceleration * on_step).signum();
-            state.approach += of.dt * acceleration * (1.0 - of.alpha * sign);
-            state.overlap += of.dt * state.approach;
+            state.approach += contact.dt * acceleration * (1.0 - contact.alpha * sign);
+            state.overlap += contact.dt * state.approach;
             state.step += 1;
         }
         state

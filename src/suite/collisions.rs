@@ -226,8 +226,8 @@ impl HeadOn {
 /// A glass ball of 2 mm that meets a wall, and one that meets another ball.
 fn glass(id: impl Fn(&str) -> String) -> [HeadOn; 2] {
     let ball = |radius| Grain::sphere([0.0; 2], radius, 2500.0);
-    let of = |what, other| HeadOn::new(id(what), ball(1.0e-3), other, 2.0e4, 0.4);
-    [of("wall", None), of("pair", Some(ball(1.7e-3)))]
+    let impact = |what, other| HeadOn::new(id(what), ball(1.0e-3), other, 2.0e4, 0.4);
+    [impact("wall", None), impact("pair", Some(ball(1.7e-3)))]
 }
 
 /// e = √((1−α)/(1+α)): the grain is slowed down by 1+α times the spring's force and sped up by 1−α
@@ -237,19 +237,19 @@ fn local_damping() -> CaseGroup {
     let mut group = CaseGroup::new("bounce-local-damping", title);
     for alpha in [0.0, 0.1, 0.3, 0.5, 0.7] {
         for plain in glass(|what| format!("{what}/alpha-{alpha}")) {
-            let of = HeadOn { alpha, ..plain };
-            let period = of.steps * of.dt();
+            let impact = HeadOn { alpha, ..plain };
+            let period = impact.steps * impact.dt();
             let duration = 0.5 * period * (1.0 / (1.0 - alpha).sqrt() + 1.0 / (1.0 + alpha).sqrt());
-            let end = of.end(duration);
-            group = group.with(of.id.clone(), of.case(vec![0, end]), move |track, figures| {
-                let [rebound, time] = of.outcome(track, end);
+            let end = impact.end(duration);
+            group = group.with(impact.id.clone(), impact.case(vec![0, end]), move |track, figures| {
+                let [rebound, time] = impact.outcome(track, end);
                 let expected = ((1.0 - alpha) / (1.0 + alpha)).sqrt();
-                let small = of.angle() * of.angle();
+                let small = impact.angle() * impact.angle();
                 // At the turning point half a step at most is damped with the wrong sign: work 2αF over the way
                 // ½a(dt/2)², of the energy ½F²(1−α)/k; touching and parting between steps, (ω dt)²/8 each.
                 let of_rebound = expected * 0.5 * small * (1.0 + alpha) / (1.0 - alpha);
                 // The same half step moves the way back by 2α/(1−α) of itself.
-                let turning = of.dt() * alpha / (1.0 - alpha);
+                let turning = impact.dt() * alpha / (1.0 - alpha);
                 figures.because(
                     "second order in the step: (1+α)/(1−α)·½(ω dt)² from touching, turning and parting between steps",
                 );
@@ -338,13 +338,13 @@ impl Rebound {
 /// A rebound in so many steps, touch in the middle between two of them. A dashpot that pulls lets go
 /// of a force, so when it does so within a step matters: it has a whole number of steps in its contact
 /// time π/(ω₀√(1−ζ²)), which parts coarse and fine runs at the same place in a step.
-fn in_steps(steps: f64, ratio: f64, tension: Tension, mut of: HeadOn) -> HeadOn {
-    of.lead = 5.5;
-    of.steps = match tension {
+fn in_steps(steps: f64, ratio: f64, tension: Tension, mut impact: HeadOn) -> HeadOn {
+    impact.lead = 5.5;
+    impact.steps = match tension {
         Tension::Clipped => steps,
         Tension::Unclipped => steps * (1.0 - ratio * ratio).sqrt(),
     };
-    of
+    impact
 }
 
 /// Rebounds with dashpots of these ζ.
@@ -362,7 +362,8 @@ fn rebounds(
 }
 
 fn glass_at(ratios: &[f64]) -> Vec<(f64, HeadOn)> {
-    let runs = |ratio: &f64| glass(|what| format!("{what}/zeta-{ratio}")).map(|of| (*ratio, of));
+    let runs =
+        |ratio: &f64| glass(|what| format!("{what}/zeta-{ratio}")).map(|impact| (*ratio, impact));
     ratios.iter().flat_map(runs).collect()
 }
 
@@ -425,28 +426,28 @@ fn elastic() -> CaseGroup {
         let grain = Grain::sphere([0.0; 2], radius, density);
         let other = pair.then_some(grain);
         // Eq. 4 of the paper for equal grains, and a wall counts as one.
-        let of = HeadOn::new(id.to_owned(), grain, other, modulus * radius, approach);
-        let middle = (of.lead + 0.5 * of.steps).round() as u64;
+        let impact = HeadOn::new(id.to_owned(), grain, other, modulus * radius, approach);
+        let middle = (impact.lead + 0.5 * impact.steps).round() as u64;
         let middle = [middle - 1, middle, middle + 1];
-        let duration = of.steps * of.dt();
-        let end = of.end(duration);
+        let duration = impact.steps * impact.dt();
+        let end = impact.end(duration);
         let moments = [&[0], &middle[..], &[end]].concat();
-        group = group.with(of.id.clone(), of.case(moments), move |track, figures| {
-            let force = |step| at(track, step).contact(|of| of.normal_force);
-            let (mass, stiffness) = (of.mass(), of.stiffness);
-            let most = of.approach * (stiffness * mass).sqrt();
-            let deepest = of.approach * (mass / stiffness).sqrt();
-            let eighth = 0.125 * of.angle() * of.angle();
+        group = group.with(impact.id.clone(), impact.case(moments), move |track, figures| {
+            let force = |step| at(track, step).contact(|contact| contact.normal_force);
+            let (mass, stiffness) = (impact.mass(), impact.stiffness);
+            let most = impact.approach * (stiffness * mass).sqrt();
+            let deepest = impact.approach * (mass / stiffness).sqrt();
+            let eighth = 0.125 * impact.angle() * impact.angle();
             figures.because(
                 "the top lies half a step off at most, (ω dt)²/8 lower, and touch between two steps raises it by \
                  that at most",
             );
             let found = furthest(0.0, middle.map(force));
             figures.is("largest-force, N", found, most, most * eighth);
-            let found = furthest(0.0, middle.map(|step| of.state(track, step).overlap));
+            let found = furthest(0.0, middle.map(|step| impact.state(track, step).overlap));
             figures.is("largest-overlap, m", found, deepest, deepest * eighth);
             figures.because("the scheme's frequency is too high by (ω dt)²/24; thrice that");
-            let [_, time] = of.outcome(track, end);
+            let [_, time] = impact.outcome(track, end);
             figures.is("contact-time, s", time, duration, duration * eighth);
         });
     }
@@ -465,25 +466,25 @@ fn recurrence(
     let grain = Grain::disc([0.0; 2], 0.01, 2000.0);
     let other = Some(Grain::sphere([0.0; 2], 0.015, 60_000.0));
     for (id, other) in [("wall", None), ("pair", other)] {
-        let mut of = HeadOn::new(id.to_owned(), grain, other, 3.0e5, 1.0);
-        (of.steps, of.lead) = (100.0, 3.3);
+        let mut impact = HeadOn::new(id.to_owned(), grain, other, 3.0e5, 1.0);
+        (impact.steps, impact.lead) = (100.0, 3.3);
         // As deep as a third of the radius, so that rounding is small beside it.
-        of.approach = 0.33 * of.grain.radius * of.frequency();
-        (of.alpha, of.viscosity) = law(&of);
+        impact.approach = 0.33 * impact.grain.radius * impact.frequency();
+        (impact.alpha, impact.viscosity) = law(&impact);
         let later = [0.02, 0.25, 0.5, 0.75, 1.6];
-        let later = later.map(|share| (of.lead + share * of.steps).round() as u64);
+        let later = later.map(|share| (impact.lead + share * impact.steps).round() as u64);
         let moments = [&[0, 1], &later[..]].concat();
-        let case = of.case(moments.clone());
-        group = group.with(of.id.clone(), case, move |track, figures| {
+        let case = impact.case(moments.clone());
+        group = group.with(impact.id.clone(), case, move |track, figures| {
             let seen = |step: u64| {
-                let state = of.state(track, step);
+                let state = impact.state(track, step);
                 [state.overlap, state.approach]
             };
-            let expected = of.contact().track(of.start(), &moments);
-            let amplitude = of.approach / of.frequency();
+            let expected = impact.contact().track(impact.start(), &moments);
+            let amplitude = impact.approach / impact.frequency();
             let steps = expected.last().map_or(0, |state| state.step);
-            let tolerance = random_rounding(steps, 3.0 * of.grain.radius, amplitude);
-            let scales = [amplitude, of.approach];
+            let tolerance = random_rounding(steps, 3.0 * impact.grain.radius, amplitude);
+            let scales = [amplitude, impact.approach];
             deviations(figures, seen, &expected, scales, tolerance);
         });
     }

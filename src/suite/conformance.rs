@@ -35,7 +35,11 @@ pub struct Conformance {
 impl Conformance {
     /// Different if a check failed, undecided if one was refused, else what its first steps say.
     pub fn verdict(&self) -> Verdict {
-        if self.checks.iter().any(|of| of.outcome == Outcome::Fail) {
+        if self
+            .checks
+            .iter()
+            .any(|check| check.outcome == Outcome::Fail)
+        {
             return Verdict::Different;
         }
         match &self.first_steps {
@@ -47,7 +51,7 @@ impl Conformance {
     /// A check that was required and not made.
     fn refused(&self) -> Option<&Check> {
         let mut checks = self.checks.iter();
-        checks.find(|of| of.required && of.outcome == Outcome::Skipped)
+        checks.find(|check| check.required && check.outcome == Outcome::Skipped)
     }
 
     /// Adds a check; what is no fault of the engine's own is handed back.
@@ -97,22 +101,28 @@ impl Conformance {
 
     /// A cause that the first steps name is what the failures of the small jobs come from: it is said alone.
     fn answer(&self) -> String {
-        let small = |of: &&Check| of.outcome == Outcome::Fail && !of.id.starts_with(FIRST_STEPS);
-        let causes = self.first_steps.as_ref().map_or(&[][..], |of| &of.causes);
-        let explained = !causes.is_empty() && causes.iter().all(|of| of.explained);
+        let small =
+            |check: &&Check| check.outcome == Outcome::Fail && !check.id.starts_with(FIRST_STEPS);
+        let causes = self
+            .first_steps
+            .as_ref()
+            .map_or(&[][..], |judgement| &judgement.causes);
+        let explained = !causes.is_empty() && causes.iter().all(|cause| cause.explained);
         let small = self.checks.iter().find(small).filter(|_| !explained);
         let first = self.first_steps.as_ref().map(first_steps::answer);
         let said = match (small, self.refused(), first) {
             (Some(Check { found, .. }), _, first) => {
                 let first = first.filter(|_| causes.is_empty());
-                let first = first.map_or(String::new(), |of| format!(" Its first steps: {of}"));
+                let first = first.map_or(String::new(), |answer| {
+                    format!(" Its first steps: {answer}")
+                });
                 format!("{found}. Mend this first: the rest may come from it.{first}")
             }
-            (_, Some(of), Some(first)) => format!("{}. Its first steps: {first}", of.found),
+            (_, Some(check), Some(first)) => format!("{}. Its first steps: {first}", check.found),
             (_, None, Some(first)) => first,
             (_, _, None) => {
-                let why = self.checks.iter().find(|of| of.id == FIRST_STEPS);
-                let why = why.map_or(String::new(), |of| format!(": {}", of.found));
+                let why = self.checks.iter().find(|check| check.id == FIRST_STEPS);
+                let why = why.map_or(String::new(), |check| format!(": {}", check.found));
                 format!("its first steps were not looked at{why}.")
             }
         };
@@ -136,8 +146,8 @@ pub fn conformance(
         ))
     };
     // The jobs allow what double precision needs.
-    let resolution = first_steps.as_ref().map(|of| of.resolution);
-    let single = resolution.is_ok_and(|of| !of.is_double());
+    let resolution = first_steps.as_ref().map(|judgement| judgement.resolution);
+    let single = resolution.is_ok_and(|resolution| !resolution.is_double());
     let mut found = Conformance {
         engine: described,
         checks: Vec::new(),
@@ -164,7 +174,7 @@ pub fn conformance(
     let what = "two lists of grains in one start, each looked at three times";
     found.add("cases", what, said)?;
     match first_steps {
-        Ok(of) => found = found.with(of),
+        Ok(judgement) => found = found.with(judgement),
         Err(trouble) => {
             found.add("first-steps", "its first steps from a bed", Err(trouble))?;
             // Without them nothing is decided.
@@ -258,8 +268,12 @@ fn cases(engine: &dyn Engine, single: bool) -> Said {
 }
 
 fn contacts_agree(job: &Job, theirs: &Snapshot, native: &Snapshot) -> Result<(), String> {
-    let pairs = |of: &Snapshot| -> Vec<(u32, u32)> {
-        of.contacts.iter().map(|of| (of.id1, of.id2)).collect()
+    let pairs = |snapshot: &Snapshot| -> Vec<(u32, u32)> {
+        snapshot
+            .contacts
+            .iter()
+            .map(|contact| (contact.id1, contact.id2))
+            .collect()
     };
     let (found, wanted) = (pairs(theirs), pairs(native));
     if let Some((one, two)) = wanted.iter().find(|pair| !found.contains(pair)) {
@@ -279,30 +293,30 @@ fn contacts_agree(job: &Job, theirs: &Snapshot, native: &Snapshot) -> Result<(),
 
 fn contact_agrees(job: &Job, their: &Contact, own: &Contact) -> Result<(), String> {
     let near = |a, b, scale| job.near(a, b, scale);
-    let of = format!("contact of bodies {} and {}", own.id1, own.id2);
+    let pair = format!("contact of bodies {} and {}", own.id1, own.id2);
     // Lengths against the size of a grain, about a hundred times an overlap at most.
     let length = 1.0e-2;
     if !near(their.overlap, own.overlap, length) {
         return Err(format!(
-            "{of}: overlap {:e} m where {:e} m is right: R1 + R2 − distance, and R − distance at a wall",
+            "{pair}: overlap {:e} m where {:e} m is right: R1 + R2 − distance, and R − distance at a wall",
             their.overlap, own.overlap
         ));
     }
     let both = |a: [f64; 2], b: [f64; 2]| near(a[0], b[0], 1.0) && near(a[1], b[1], 1.0);
-    if both(their.normal, own.normal.map(|of| -of)) {
+    if both(their.normal, own.normal.map(|component| -component)) {
         return Err(format!(
-            "{of}: the normal points from body 2 to body 1, and is to point from body 1 to body 2"
+            "{pair}: the normal points from body 2 to body 1, and is to point from body 1 to body 2"
         ));
     }
     if !both(their.normal, own.normal) {
         let (found, right) = (their.normal, own.normal);
-        return Err(format!("{of}: normal {found:?} where {right:?} is right"));
+        return Err(format!("{pair}: normal {found:?} where {right:?} is right"));
     }
     // An overlap's own rounding, times the stiffness.
     let slack = own.normal_force * length / own.overlap.max(f64::MIN_POSITIVE);
     if !near(their.normal_force, own.normal_force, slack) {
         return Err(format!(
-            "{of}: normal force {:e} N where {:e} N is right, {:.6} of it; k_n = 2·E·R1·R2/(R1 + R2), a wall counts as a grain \
+            "{pair}: normal force {:e} N where {:e} N is right, {:.6} of it; k_n = 2·E·R1·R2/(R1 + R2), a wall counts as a grain \
              of the same radius, and compression is positive",
             their.normal_force,
             own.normal_force,
@@ -311,7 +325,7 @@ fn contact_agrees(job: &Job, their: &Contact, own: &Contact) -> Result<(), Strin
     }
     if !both(their.point, own.point) {
         return Err(format!(
-            "{of}: contact point {:?} where {:?} is right: from body 1's centre by R1 − overlap/2 along the normal; on the wall",
+            "{pair}: contact point {:?} where {:?} is right: from body 1's centre by R1 − overlap/2 along the normal; on the wall",
             their.point, own.point
         ));
     }
@@ -331,8 +345,8 @@ fn moments_agree(theirs: &[Snapshot], native: &[Snapshot], tolerance: f64) -> Re
             let slower = (of_them.vx[id] - of_us.vx[id]).hypot(of_them.vz[id] - of_us.vz[id]);
             // A velocity of 1 m/s is about what grains have.
             if !(apart <= tolerance * of_us.radius[id] && slower <= 100.0 * tolerance) {
-                let state = |of: &Bodies| {
-                    let (x, z, vx, vz) = (of.x[id], of.z[id], of.vx[id], of.vz[id]);
+                let state = |bodies: &Bodies| {
+                    let (x, z, vx, vz) = (bodies.x[id], bodies.z[id], bodies.vx[id], bodies.vz[id]);
                     format!("at ({x:e}, {z:e}) m with ({vx:e}, {vz:e}) m/s")
                 };
                 let (found, wanted, step) = (state(of_them), state(of_us), own.step);
@@ -449,7 +463,7 @@ fn judge_damping(job: &Job, theirs: &Story, native: &Story) -> Result<(), String
 
 /// The settle rule ended the run where it should.
 fn judge_rules(_: &Job, theirs: &Story, native: &Story) -> Result<(), String> {
-    let end = |of: &Story| of.stages.last().map(|stage| (stage.steps, stage.stop));
+    let end = |story: &Story| story.stages.last().map(|stage| (stage.steps, stage.stop));
     let (found, wanted) = (end(theirs), end(native));
     if found == wanted {
         return Ok(());

@@ -81,14 +81,14 @@ pub mod crowd {
 /// A step changes x × mv by x × F dt only, because dt v × v is zero; and the arms of both grains add up to
 /// the distance of the centres, R_1 − u/2 + R_2 − u/2 = |x_2 − x_1|, so a contact's torques and its
 /// forces' moments cancel.
-fn momenta(of: &Bodies, given: &[Grain]) -> [f64; 3] {
+fn momenta(bodies: &Bodies, given: &[Grain]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (id, grain) in given.iter().enumerate() {
-        let Some(spin) = of.spin.get(id) else {
+        let Some(spin) = bodies.spin.get(id) else {
             return [f64::NAN; 3];
         };
-        let (x, z) = (of.x[id], of.z[id]);
-        let (px, pz) = (grain.mass * of.vx[id], grain.mass * of.vz[id]);
+        let (x, z) = (bodies.x[id], bodies.z[id]);
+        let (px, pz) = (grain.mass * bodies.vx[id], grain.mass * bodies.vz[id]);
         sum[0] += px;
         sum[1] += pz;
         sum[2] += z * px - x * pz + grain.inertia * spin;
@@ -160,7 +160,7 @@ fn stored(case: &Case, at: &Snapshot) -> f64 {
 /// ½mv_{n−½}v_{n+½} and the same of the spins, J.
 fn moving(case: &Case, at: &Snapshot) -> f64 {
     let dt = case.model.dt;
-    let (given, of) = (&case.bodies, &at.bodies);
+    let (given, bodies) = (&case.bodies, &at.bodies);
     let mut force = vec![[0.0; 3]; given.len()];
     for contact in &at.contacts {
         let [fx, fz] = contact.force();
@@ -178,9 +178,9 @@ fn moving(case: &Case, at: &Snapshot) -> f64 {
     for (id, [fx, fz, torque]) in force.into_iter().enumerate() {
         let product = |now: f64, rate: f64| now * (now + dt * rate);
         let mass = given.mass[id];
-        let squares = product(of.vx[id], fx / mass) + product(of.vz[id], fz / mass);
+        let squares = product(bodies.vx[id], fx / mass) + product(bodies.vz[id], fz / mass);
         energy += 0.5 * mass * squares;
-        if let (Some(spin), Some(inertia)) = (of.spin.get(id), given.inertia.get(id)) {
+        if let (Some(spin), Some(inertia)) = (bodies.spin.get(id), given.inertia.get(id)) {
             energy += 0.5 * inertia * product(*spin, torque / inertia);
         }
     }
@@ -233,9 +233,9 @@ fn watched(
     let every = (0.5 / turn).round() as u64;
     let moments = (0..=MOMENTS).map(|i| i * every).collect();
     let case = suite::case(id, model, &crowd::grains(rows, rows, [0.0; 2]), moments);
-    let of = case.clone();
+    let copy = case.clone();
     group.with(id, case, move |track, figures| {
-        let total = |at: &Snapshot| stored(&of, at) + moving(&of, at);
+        let total = |at: &Snapshot| stored(&copy, at) + moving(&copy, at);
         let first = track.first().map_or(f64::NAN, total);
         let ratios = track.iter().map(|at| total(at) / first);
         let [found, expected] = figure(ratios.collect());
@@ -243,7 +243,7 @@ fn watched(
             "the energy that each contact stores at its peak, times ¼(ω dt)² for closing and \
              opening between two steps, added up",
         );
-        figures.is(what, found, expected, kinks(&of, track));
+        figures.is(what, found, expected, kinks(&copy, track));
     })
 }
 
@@ -255,8 +255,8 @@ fn elastic_energy() -> CaseGroup {
     let what = "energy: energy over that at the start where it is furthest from 1, 1";
     [0.1, 0.05, 0.025].into_iter().fold(group, |group, turn| {
         let given = (suite::springs(modulus), 0.0, 4, turn);
-        let of = |ratios| [furthest(1.0, ratios), 1.0];
-        watched(group, &format!("omega-dt-{turn}"), given, what, of)
+        let figure = |ratios| [furthest(1.0, ratios), 1.0];
+        watched(group, &format!("omega-dt-{turn}"), given, what, figure)
     })
 }
 
@@ -267,7 +267,7 @@ fn lost_energy() -> CaseGroup {
     let what = "rise: most that the energy rises over that at the start, 1";
     for alpha in [0.0, 0.3] {
         for (id, law) in crowd::laws() {
-            let of = |ratios: Vec<f64>| {
+            let figure = |ratios: Vec<f64>| {
                 let mut lowest = f64::INFINITY;
                 let risen = ratios.into_iter().map(|ratio| {
                     lowest = f64::min(lowest, ratio);
@@ -276,7 +276,7 @@ fn lost_energy() -> CaseGroup {
                 [furthest(0.0, risen), 0.0]
             };
             let id = format!("{id}/alpha-{alpha}");
-            group = watched(group, &id, (law, alpha, 5, 0.05), what, of);
+            group = watched(group, &id, (law, alpha, 5, 0.05), what, figure);
         }
     }
     group
@@ -305,18 +305,18 @@ impl Couple {
     /// Glass balls or discs of Chung and Ooi's test 1, with these radii, velocities across and spins.
     fn glass(id: &str, disc: bool, radii: [f64; 2], across: [f64; 2], spins: [f64; 2]) -> Self {
         let shape = if disc { Grain::disc } else { Grain::sphere };
-        let of = |index: usize| {
+        let grain = |index: usize| {
             shape([0.0; 2], radii[index], 2800.0)
                 .moving([0.0, across[index]])
                 .spinning(spins[index])
         };
         // Discs one metre long weigh more: as stiff for their mass.
-        let heavier = of(0).mass / Grain::sphere([0.0; 2], radii[0], 2800.0).mass;
+        let heavier = grain(0).mass / Grain::sphere([0.0; 2], radii[0], 2800.0).mass;
         let id = format!("{}/{id}", if disc { "discs" } else { "balls" });
         let stiffness = heavier * 2.0 * 4.8e10 * radii[0] * radii[1] / (radii[0] + radii[1]);
-        let mut impact = HeadOn::new(id, of(0), Some(of(1)), stiffness, 2.0);
+        let mut impact = HeadOn::new(id, grain(0), Some(grain(1)), stiffness, 2.0);
         (impact.steps, impact.lead) = (STEPS, LEAD);
-        let grains = [of(0), of(1)];
+        let grains = [grain(0), grain(1)];
         Couple { impact, grains }
     }
 
@@ -360,24 +360,24 @@ impl Couple {
     }
 
     /// Components of a vector along the line of centres in the middle of the contact, and across.
-    fn components(&self, track: &Track, of: [f64; 2]) -> [f64; 2] {
+    fn components(&self, track: &Track, vector: [f64; 2]) -> [f64; 2] {
         let middle = at(track, self.moments()[0]);
         let (one, two) = (middle.position(0), middle.position(1));
         let (x, z) = (two[0] - one[0], two[1] - one[1]);
-        let parts = [of[0] * x + of[1] * z, of[1] * x - of[0] * z];
+        let parts = [vector[0] * x + vector[1] * z, vector[1] * x - vector[0] * z];
         parts.map(|part| part / x.hypot(z))
     }
 
     /// Momentum of both grains and angular momentum about the origin, Σ m z v_x − m x v_z + Iω. The scheme
     /// keeps all three, with velocities of half a step before the positions.
     fn momenta(&self, view: View) -> [f64; 3] {
-        let of = |id: usize| {
+        let momentum = |id: usize| {
             let ([x, z], [vx, vz]) = (view.position(id), view.velocity(id));
             let Grain { mass, inertia, .. } = self.grains[id];
             let angular = mass * (z * vx - x * vz) + inertia * view.spin(id);
             [mass * vx, mass * vz, angular]
         };
-        let (one, two) = (of(0), of(1));
+        let (one, two) = (momentum(0), momentum(1));
         [0, 1, 2].map(|index| one[index] + two[index])
     }
 
@@ -422,8 +422,10 @@ impl Couple {
 
     fn conservation(&self, track: &Track, figures: &mut Figures) {
         let [before, after] = [0, self.moments()[1]].map(|step| self.momenta(at(track, step)));
-        let momentum = |of: &Grain| of.mass * (self.impact.approach + of.velocity[1].abs());
-        let angular = |of: &Grain| self.reach() * momentum(of) + of.inertia * of.spin.abs();
+        let momentum =
+            |grain: &Grain| grain.mass * (self.impact.approach + grain.velocity[1].abs());
+        let angular =
+            |grain: &Grain| self.reach() * momentum(grain) + grain.inertia * grain.spin.abs();
         let angular: f64 = self.grains.iter().map(angular).sum();
         let momentum: f64 = self.grains.iter().map(momentum).sum();
         figures.because("the scheme keeps it; rounding in every step");
@@ -448,11 +450,15 @@ fn gross_sliding() -> CaseGroup {
         (both, UNEQUAL, oblique, [-200.0, 50.0]),
     ] {
         for disc in [false, true] {
-            let of = Couple::glass(id, disc, radii, across, spins);
-            group = group.with(of.impact.id.clone(), of.case(), move |track, figures| {
-                of.impulses(track, figures);
-                of.conservation(track, figures);
-            });
+            let couple = Couple::glass(id, disc, radii, across, spins);
+            group = group.with(
+                couple.impact.id.clone(),
+                couple.case(),
+                move |track, figures| {
+                    couple.impulses(track, figures);
+                    couple.conservation(track, figures);
+                },
+            );
         }
     }
     group
@@ -467,20 +473,30 @@ fn opposite_spins() -> CaseGroup {
         ("one-twice-as-large", UNEQUAL, [300.0, -150.0]),
     ] {
         for disc in [false, true] {
-            let of = Couple::glass(id, disc, radii, [0.0; 2], spins);
-            group = group.with(of.impact.id.clone(), of.case(), move |track, figures| {
-                let end = at(track, of.moments()[1]);
-                figures.because("no slip, no tangential force; rounding in every step");
-                for (id, grain) in of.grains.iter().enumerate() {
-                    let off = grain.spin.abs() * of.rounding();
-                    let number = id + 1;
-                    let what = format!("spin-{number}, rad/s");
-                    figures.is(&what, end.spin(id), grain.spin, off);
-                    let what = format!("velocity-{number}-across: velocity {number} across, m/s");
-                    let across = end.velocity(id)[1];
-                    figures.is(&what, across, 0.0, of.impact.approach * of.rounding());
-                }
-            });
+            let couple = Couple::glass(id, disc, radii, [0.0; 2], spins);
+            group = group.with(
+                couple.impact.id.clone(),
+                couple.case(),
+                move |track, figures| {
+                    let end = at(track, couple.moments()[1]);
+                    figures.because("no slip, no tangential force; rounding in every step");
+                    for (id, grain) in couple.grains.iter().enumerate() {
+                        let off = grain.spin.abs() * couple.rounding();
+                        let number = id + 1;
+                        let what = format!("spin-{number}, rad/s");
+                        figures.is(&what, end.spin(id), grain.spin, off);
+                        let what =
+                            format!("velocity-{number}-across: velocity {number} across, m/s");
+                        let across = end.velocity(id)[1];
+                        figures.is(
+                            &what,
+                            across,
+                            0.0,
+                            couple.impact.approach * couple.rounding(),
+                        );
+                    }
+                },
+            );
         }
     }
     group
@@ -502,7 +518,8 @@ mod tests {
                 case.moments = (0..=100).map(|i| i * last / 100).collect();
                 let track = run_case(&case, None).expect("a sound case");
                 let contacts = track.iter().flat_map(|at| &at.contacts);
-                let pairs: BTreeSet<_> = contacts.map(|of| (of.id1, of.id2)).collect();
+                let pairs: BTreeSet<_> =
+                    contacts.map(|contact| (contact.id1, contact.id2)).collect();
                 let grains = case.bodies.len();
                 assert!(pairs.len() > grains, "{}: {}", case.name, pairs.len());
             }

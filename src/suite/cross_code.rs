@@ -74,7 +74,12 @@ impl Place {
 }
 
 /// Compares the native engine's track and loads of a case with YADE's, number by number.
-pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &CaseInYade) -> Vec<Check> {
+pub fn judge(
+    cross: &CrossCase,
+    native: &Track,
+    loads: &[Vec<Load>],
+    yade: &CaseInYade,
+) -> Vec<Check> {
     let of_tables = |id, what, table: fn(&Snapshot, &Snapshot) -> TableBits| {
         let [differing, numbers] = summed(native, &yade.track, table);
         (id, what, differing, numbers)
@@ -84,17 +89,21 @@ pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &CaseInY
         of_tables("contacts", "numbers of contacts", contacts),
     ];
     if !yade.loads.is_empty() {
-        counts.push(differing_loads(of, loads, &yade.loads));
+        counts.push(differing_loads(cross, loads, &yade.loads));
     }
-    for &place in &of.places {
-        counts.push(contacts_at(place, of, native, &yade.track));
+    for &place in &cross.places {
+        counts.push(contacts_at(place, cross, native, &yade.track));
     }
     let mut figures = Figures::default();
     figures.because("same operations in the same order: every bit");
-    for (id, what, differing, of) in counts {
+    for (id, what, differing, total) in counts {
         // Nothing compared is nothing shown.
-        let value = if of == 0 { f64::NAN } else { differing as f64 };
-        let what = format!("{id}: {what} that differ; of {of}, 1");
+        let value = if total == 0 {
+            f64::NAN
+        } else {
+            differing as f64
+        };
+        let what = format!("{id}: {what} that differ; of {total}, 1");
         figures.is(&what, value, 0.0, 0.0);
     }
     figures.done()
@@ -104,8 +113,8 @@ pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &CaseInY
 type Count = (&'static str, &'static str, usize, usize);
 
 /// Forces and torques summed on grains; torques where they turn them.
-fn differing_loads(of: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) -> Count {
-    let (parts, what) = match of.case.model.law.rotates() {
+fn differing_loads(cross: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) -> Count {
+    let (parts, what) = match cross.case.model.law.rotates() {
         true => (3, "forces and torques summed on grains"),
         false => (2, "forces summed on grains"),
     };
@@ -122,10 +131,10 @@ fn differing_loads(of: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) -> 
 }
 
 /// Contacts at one kind of place over all moments.
-fn contacts_at(place: Place, of: &CrossCase, one: &Track, other: &Track) -> Count {
+fn contacts_at(place: Place, cross: &CrossCase, one: &Track, other: &Track) -> Count {
     let ids = BodyIds {
-        grains: of.case.bodies.len() as u32,
-        walls: of.case.model.walls.len() as u32,
+        grains: cross.case.bodies.len() as u32,
+        walls: cross.case.model.walls.len() as u32,
     };
     let pick = |moment: &Snapshot| -> Vec<Contact> {
         let there = |contact: &&Contact| Place::of(contact, moment, ids) == Some(place);
@@ -149,7 +158,7 @@ fn summed(a: &Track, b: &Track, table: impl Fn(&Snapshot, &Snapshot) -> TableBit
     let tables = a.iter().zip(b).map(|(a, b)| table(a, b));
     tables.fold(
         [a.len().abs_diff(b.len()), 0],
-        |[differing, numbers], of| [differing + of.differing, numbers + of.numbers],
+        |[differing, numbers], table| [differing + table.differing, numbers + table.numbers],
     )
 }
 

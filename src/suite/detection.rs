@@ -101,9 +101,11 @@ impl Limits {
             let value = sizes.min_by(f64::total_cmp).unwrap_or(f64::INFINITY);
             figures.is(&what, value, 0.0, MUST_DETECT);
         }
-        let count = |of: fn(&&CaseLimits) -> bool| self.cases.iter().filter(of).count() as f64;
+        let count = |condition: fn(&&CaseLimits) -> bool| {
+            self.cases.iter().filter(condition).count() as f64
+        };
         figures.because("a check that cannot fail is none");
-        let silent = count(|case| case.limits.iter().all(|of| of.size().is_none()));
+        let silent = count(|case| case.limits.iter().all(|limit| limit.size().is_none()));
         figures.is("cases-that-detect-nothing, 1", silent, 0.0, 0.0);
         figures.because("other neighbour lists and last bits of the start are no faults");
         let wrong = count(|case| case.false_positives > 0);
@@ -137,8 +139,9 @@ impl Subject<'_> {
 
     /// Grains times steps.
     fn work(&self) -> u64 {
-        let of = |case: &Case| case.bodies.len() as u64 * case.moments.last().copied().unwrap_or(0);
-        self.cases.iter().map(of).sum()
+        let work =
+            |case: &Case| case.bodies.len() as u64 * case.moments.last().copied().unwrap_or(0);
+        self.cases.iter().map(work).sum()
     }
 
     fn is_changed_by(&self, fault: Fault) -> bool {
@@ -242,12 +245,13 @@ pub fn limits(
 ) -> Limits {
     let largest = 10f64.powf(DECADES[1]);
     let sized = Constant::faults();
-    let sized = sized.map(|of| (of.to_string(), Fault::Sized(of, largest)));
+    let sized = sized.map(|constant| (constant.to_string(), Fault::Sized(constant, largest)));
     let switched = Fault::switches();
-    let switched = switched.map(|of| (of.to_string(), Fault::Switched(of)));
+    let switched = switched.map(|switch| (switch.to_string(), Fault::Switched(switch)));
     let (names, faults): (Vec<String>, Vec<Fault>) = sized.chain(switched).unzip();
-    let failed = |checks: Option<Vec<Check>>| checks.is_none_or(|of| outcome(&of) == Outcome::Fail);
-    let probes: Vec<Case> = answers.iter().map(|of| of.probe.clone()).collect();
+    let failed =
+        |checks: Option<Vec<Check>>| checks.is_none_or(|checks| outcome(&checks) == Outcome::Fail);
+    let probes: Vec<Case> = answers.iter().map(|answer| answer.probe.clone()).collect();
     // Bits that are on record are those of the sound engine: the first moment with others is enough.
     let on_record = |group: &&CaseGroup| group.id == cross_code::RECORDED;
     let sound = suite.groups.iter().find(on_record);
@@ -265,7 +269,7 @@ pub fn limits(
             }),
             false => Box::new(move |cases, options| {
                 let tracks = native_tracks(cases, options).ok();
-                failed(tracks.map(|of| group.judge(&of)))
+                failed(tracks.map(|tracks| group.judge(&tracks)))
             }),
         },
     });
@@ -275,22 +279,26 @@ pub fn limits(
         cases: &probes,
         fails: Box::new(move |_, options| failed(parameters::checks(answers, *options).ok())),
     });
-    let cross = suite.cross.iter().zip(in_yade).map(|(of, yade)| Subject {
-        id: &of.id,
-        evidence: Evidence::CrossCode,
-        cases: std::slice::from_ref(&of.case),
-        fails: Box::new(move |cases, options| {
-            let mut cases = cases.iter();
-            cases.any(|case| diverges(case, &yade.track, options))
-        }),
-    });
-    let precision = precisions.map(|of| Subject {
+    let cross = suite
+        .cross
+        .iter()
+        .zip(in_yade)
+        .map(|(cross, yade)| Subject {
+            id: &cross.id,
+            evidence: Evidence::CrossCode,
+            cases: std::slice::from_ref(&cross.case),
+            fails: Box::new(move |cases, options| {
+                let mut cases = cases.iter();
+                cases.any(|case| diverges(case, &yade.track, options))
+            }),
+        });
+    let precision = precisions.map(|precision| Subject {
         id: "precision",
         evidence: Evidence::Precision,
-        cases: std::slice::from_ref(&of.case),
+        cases: std::slice::from_ref(&precision.case),
         fails: Box::new(move |_, options| {
-            let errors = of.errors(*options).ok();
-            failed(errors.map(|of| parameters::precision_checks(&of)))
+            let errors = precision.errors(*options).ok();
+            failed(errors.map(|errors| parameters::precision_checks(&errors)))
         }),
     });
     let subjects: Vec<Subject> = groups.chain(asked).chain(cross).chain(precision).collect();
@@ -304,7 +312,7 @@ pub fn limits(
         done(finished.fetch_add(1, Ordering::Relaxed) + 1, subjects.len());
         row.map(|row| (order[place], row))
     });
-    cases.sort_by_key(|of| of.as_ref().map(|(index, _)| *index));
+    cases.sort_by_key(|case| case.as_ref().map(|(index, _)| *index));
     let sized = |fault: &Fault| matches!(fault, Fault::Sized(..));
     Limits {
         faults: names,
@@ -392,8 +400,8 @@ pub mod tests {
         let rows = lines.map(|line| line.trim().split_once(": ").expect("an id and faults"));
         let rows: BTreeMap<&str, &str> = rows.collect();
         for group in groups() {
-            let of = rows.get(group.id);
-            let faults = of.unwrap_or_else(|| panic!("no faults of {}", group.id));
+            let row = rows.get(group.id);
+            let faults = row.unwrap_or_else(|| panic!("no faults of {}", group.id));
             let swing = group.id.starts_with("leapfrog-").then_some(SWING);
             let all = [*faults].into_iter().chain(swing);
             for fault in all.flat_map(str::split_whitespace) {

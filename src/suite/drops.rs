@@ -108,10 +108,16 @@ impl Ball {
 }
 
 /// A grain over a floor at this height.
-fn on_a_floor(id: &str, of: &SpringDashpot, grain: Grain, floor: f64, moments: Vec<u64>) -> Case {
-    let (dt, alpha, c_n) = (of.dt, of.alpha, of.dashpot);
-    let springs = suite::springs(of.stiffness / grain.radius);
-    let law = match of.ends {
+fn on_a_floor(
+    id: &str,
+    contact: &SpringDashpot,
+    grain: Grain,
+    floor: f64,
+    moments: Vec<u64>,
+) -> Case {
+    let (dt, alpha, c_n) = (contact.dt, contact.alpha, contact.dashpot);
+    let springs = suite::springs(contact.stiffness / grain.radius);
+    let law = match contact.ends {
         Some(tension) if c_n != 0.0 => {
             suite::with_viscosity(springs, Viscosity::Dashpot { c_n, tension })
         }

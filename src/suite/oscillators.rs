@@ -334,11 +334,11 @@ impl Stack {
     fn error(&self, time: f64) -> f64 {
         let amplitudes = self.amplitudes();
         let lightest = self.mass[0].min(self.mass[1]).sqrt();
-        let of = |j: usize| {
+        let lag = |j: usize| {
             let omega = self.omega[j];
             amplitudes[j].abs() / lightest * omega * time * (omega * Self::DT).powi(2) / 24.0
         };
-        of(0) + of(1)
+        lag(0) + lag(1)
     }
 
     /// The energy that linear leapfrog conserves: with the product of the velocities of both half steps.
@@ -367,8 +367,8 @@ fn stack() -> CaseGroup {
     // The lower grain is twice as dense.
     let sphere = |i: usize, density| Grain::sphere([0.0, Stack::START[i]], Stack::RADIUS, density);
     let [lower, upper] = [sphere(0, 2.0e4), sphere(1, 1.0e4)];
-    let of = Stack::new([lower.mass, upper.mass]);
-    let [down, up] = of.velocities();
+    let stack = Stack::new([lower.mass, upper.mass]);
+    let [down, up] = stack.velocities();
     let grains = [lower.moving([0.0, down]), upper.moving([0.0, up])];
     let law = suite::springs(Stack::STIFFNESS / Stack::RADIUS);
     let walls: [&[f64]; 2] = [&[], &[0.0, Stack::HEIGHT]];
@@ -378,7 +378,7 @@ fn stack() -> CaseGroup {
     CaseGroup::new("two-stacked-grains", title).with("", case, move |track, figures| {
         for steps in [STEPS / 2, STEPS] {
             let time = steps as f64 * Stack::DT;
-            let (stepped, continuous) = (of.stepped(steps), of.at(time));
+            let (stepped, continuous) = (stack.stepped(steps), stack.at(time));
             for (id, kind) in ["lower", "upper"].into_iter().enumerate() {
                 let found = at(track, steps).position(id)[1];
                 let what = format!("{kind}/{steps}-steps: height of the {kind} grain after {steps} steps, m");
@@ -386,13 +386,13 @@ fn stack() -> CaseGroup {
                 figures.because(
                     "the steps are behind by ωt(ω dt)²/24 in each mode, and all of it is allowed",
                 );
-                let off = of.error(time) + rounding(steps, Stack::HEIGHT);
+                let off = stack.error(time) + rounding(steps, Stack::HEIGHT);
                 let what = format!("{kind}/{steps}-steps-continuous: height of the {kind} grain at {time} s, m");
                 figures.is(&what, found, continuous[id], off);
             }
         }
         let energy = |moment: usize| {
-            let found = track.get(moment).map(|at| of.energy(at));
+            let found = track.get(moment).map(|at| stack.energy(at));
             found.unwrap_or(f64::NAN)
         };
         let what = "energy: energy after 4000 steps over that at the start; ½m v_{n−½}v_{n+½} + ½ku² + mgz, 1";

@@ -95,7 +95,7 @@ pub fn of_yade(
     let case = probe(scene);
     let (cases, _) = yade::run_cases(&[&case], options, work, &mut ())?;
     let first = cases.first();
-    Ok(first.map_or(Vec::new(), |of| list(&case, &of.effective)))
+    Ok(first.map_or(Vec::new(), |answer| list(&case, &answer.effective)))
 }
 
 /// The scenes whose parameters the suite compares: the paper's, and the same with friction and dashpots.
@@ -118,16 +118,19 @@ pub struct Answer {
 
 /// A check for each scene, the largest relative difference of its parameters, from the native engine with these options against
 /// YADE's answers.
-pub fn checks(of: &[Answer], options: impl Into<CaseOptions>) -> Result<Vec<Check>, NativeError> {
+pub fn checks(
+    answers: &[Answer],
+    options: impl Into<CaseOptions>,
+) -> Result<Vec<Check>, NativeError> {
     let options = options.into();
     let mut figures = Figures::default();
     figures.because("the same formulas of the same numbers");
-    for Answer { name, probe, yade } in of {
+    for Answer { name, probe, yade } in answers {
         let native = native::effective(probe, options)?;
         let pairs = side_by_side(list(probe, &native), &list(probe, yade));
         let differences = pairs
             .iter()
-            .map(|of| of.difference.unwrap_or(f64::INFINITY));
+            .map(|parameter| parameter.difference.unwrap_or(f64::INFINITY));
         let largest = differences.fold(0.0, f64::max);
         let count = pairs.len();
         let what =
@@ -183,10 +186,10 @@ fn relative(a: f64, b: f64) -> f64 {
 
 fn list(case: &Case, effective: &Effective) -> Vec<Parameter> {
     let mut parameters = Vec::new();
-    let mut add = |id: &str, of: &str, symbol: &'static str, unit, value| {
+    let mut add = |id: &str, bodies: &str, symbol: &'static str, unit, value| {
         parameters.push(Parameter {
             id: format!("{id}/{symbol}"),
-            of: of.to_owned(),
+            of: bodies.to_owned(),
             symbol,
             unit,
             value,
@@ -205,10 +208,10 @@ fn list(case: &Case, effective: &Effective) -> Vec<Parameter> {
         format!("grain {id}, R {:.4} mm", 1e3 * radius)
     };
     for (id, mass) in effective.mass.iter().enumerate() {
-        let (of, id_of) = (grain(id), format!("grain-{id}"));
-        add(&id_of, &of, "m", "kg", *mass);
+        let (bodies, id_of) = (grain(id), format!("grain-{id}"));
+        add(&id_of, &bodies, "m", "kg", *mass);
         if let Some(inertia) = effective.inertia.get(id) {
-            add(&id_of, &of, "I", "kg·m²", *inertia);
+            add(&id_of, &bodies, "I", "kg·m²", *inertia);
         }
     }
     let walls = case.bodies.len()..case.bodies.len() + case.model.walls.len();
@@ -223,14 +226,14 @@ fn list(case: &Case, effective: &Effective) -> Vec<Parameter> {
             }
             _ => ("punch".to_owned(), "punch".to_owned()),
         };
-        let of = format!("{other}, and {}", grain(contact.id2 as usize));
+        let bodies = format!("{other}, and {}", grain(contact.id2 as usize));
         let id = format!("{one}-and-grain-{}", contact.id2);
-        add(&id, &of, "k_n", "N/m", contact.k_n);
+        add(&id, &bodies, "k_n", "N/m", contact.k_n);
         if let Some(k_s) = contact.k_s {
-            add(&id, &of, "k_s", "N/m", k_s);
-            add(&id, &of, "tan_phi", "1", contact.tan_phi);
+            add(&id, &bodies, "k_s", "N/m", k_s);
+            add(&id, &bodies, "tan_phi", "1", contact.tan_phi);
         }
-        add(&id, &of, "c_n", "N·s/m", contact.c_n);
+        add(&id, &bodies, "c_n", "N·s/m", contact.c_n);
     }
     parameters
 }
@@ -302,42 +305,42 @@ impl Precisions {
     /// The errors of the native engine with these options, and YADE's.
     pub fn errors(&self, options: impl Into<CaseOptions>) -> Result<Vec<Errors>, NativeError> {
         let native = run_case(&self.case, options)?;
-        let largest = |of: &Snapshot, truth| apart(of, truth).fold(0.0, f64::max);
+        let largest = |snapshot: &Snapshot, truth| apart(snapshot, truth).fold(0.0, f64::max);
         let moments = self.truth.iter().zip(&native);
         let in_yade = self.double.iter().zip(&self.long_double);
-        let errors = moments.zip(in_yade).map(|((truth, native), of)| Errors {
+        let errors = moments.zip(in_yade).map(|((truth, native), pair)| Errors {
             step: truth.step,
             native: largest(native, truth),
-            yade: largest(of.0, truth),
-            long_double: largest(of.1, truth),
+            yade: largest(pair.0, truth),
+            long_double: largest(pair.1, truth),
         });
         Ok(errors.collect())
     }
 }
 
 /// How far each grain is off over its radius.
-pub fn apart(of: &Snapshot, truth: &Snapshot) -> impl Iterator<Item = f64> {
-    let (of, truth) = (&of.bodies, &truth.bodies);
-    let apart = |id: usize| (of.x[id] - truth.x[id]).hypot(of.z[id] - truth.z[id]);
-    (0..of.len()).map(move |id| apart(id) / of.radius[id])
+pub fn apart(snapshot: &Snapshot, truth: &Snapshot) -> impl Iterator<Item = f64> {
+    let (bodies, truth) = (&snapshot.bodies, &truth.bodies);
+    let apart = |id: usize| (bodies.x[id] - truth.x[id]).hypot(bodies.z[id] - truth.z[id]);
+    (0..bodies.len()).map(move |id| apart(id) / bodies.radius[id])
 }
 
 pub fn precision_checks(errors: &[Errors]) -> Vec<Check> {
     let mut figures = Figures::default();
     let mut compared = 0;
-    for of in errors {
-        let step = of.step;
+    for error in errors {
+        let step = error.step;
         figures.because("both round alike");
         let what =
             format!("step-{step}/same-rounding: step {step}: native error less YADE's over R, 1");
-        figures.is(&what, of.native - of.yade, 0.0, 0.0);
-        if of.long_double > RESOLVED && of.native < SATURATED {
+        figures.is(&what, error.native - error.yade, 0.0, 0.0);
+        if error.long_double > RESOLVED && error.native < SATURATED {
             compared += 1;
             figures.because("11 bits more; two largest errors of many scatter by a few times");
             let what = format!(
                 "step-{step}/bits: step {step}: log2 of the error in double over that in long double, 1"
             );
-            let bits = (of.native / of.long_double).log2();
+            let bits = (error.native / error.long_double).log2();
             figures.is(&what, bits, MORE_BITS, SCATTER);
         }
     }

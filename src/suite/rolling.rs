@@ -234,26 +234,27 @@ fn rolling_incline() -> CaseGroup {
     let title = "A ball rolls down an incline with g sinβ/(1 + I/(mR²))";
     let mut group = CaseGroup::new("rolling-incline", title);
     for (shape, share) in SHAPES {
-        let of = Incline::new(share, PI / 12.0, 1000.0);
-        group = group.with(shape, of.case(0.5, &MOMENTS), move |track, figures| {
+        let incline = Incline::new(share, PI / 12.0, 1000.0);
+        group = group.with(shape, incline.case(0.5, &MOMENTS), move |track, figures| {
             let n = MOMENTS[0];
             let [early, late] = MOMENTS.map(|step| at(track, step));
-            let [speed, spin] = of.rolled(n);
+            let [speed, spin] = incline.rolled(n);
             let what = format!("velocity/{n}-steps, m/s");
             figures.exact(&what, early.velocity(0)[0], speed, n, speed);
             let what = format!("spin/{n}-steps, rad/s");
             figures.exact(&what, early.spin(0), spin, n, spin);
             // Half a period apart, the swinging of the tangential spring cancels.
             let mean = 0.5 * (early.velocity(0)[0] + late.velocity(0)[0]);
-            let time = 0.5 * (MOMENTS[0] + MOMENTS[1]) as f64 * of.dt;
-            let found = mean / time / of.along;
-            let of_arm = |r: f64| 1.0 / (1.0 + of.ball.grain.inertia / (Incline::MASS * r * r));
+            let time = 0.5 * (MOMENTS[0] + MOMENTS[1]) as f64 * incline.dt;
+            let found = mean / time / incline.along;
+            let of_arm =
+                |r: f64| 1.0 / (1.0 + incline.ball.grain.inertia / (Incline::MASS * r * r));
             let what = "acceleration: acceleration over g sinβ, 1";
-            figures.exact(what, found, of_arm(of.ball.arm), n, 1.0);
+            figures.exact(what, found, of_arm(incline.ball.arm), n, 1.0);
             figures.because("InclinedPlaneUnitTest; the arm is R − u/2 and not R");
             let what = "acceleration-rigid: acceleration over g sinβ as of a rigid ball, 1";
             let radius = Incline::RADIUS;
-            figures.is(what, found, of_arm(radius), of.ball.overlap / radius);
+            figures.is(what, found, of_arm(radius), incline.ball.overlap / radius);
         });
     }
     group
@@ -267,22 +268,26 @@ fn sliding_incline() -> CaseGroup {
     let mut group = CaseGroup::new("sliding-incline", title);
     for (shape, share) in SHAPES {
         // Soft, so that the rounding of the overlap is small against the overlap.
-        let of = Incline::new(share, PI / 4.5, 64.0);
-        group = group.with(shape, of.case(FRICTION, &MOMENTS), move |track, figures| {
-            let [early, late] = MOMENTS.map(|step| at(track, step));
-            let steps = MOMENTS[1] - MOMENTS[0];
-            let time = steps as f64 * of.dt;
-            let pull = FRICTION * of.against;
-            let gain = late.velocity(0)[0] - early.velocity(0)[0];
-            let expected = time * (of.along - pull);
-            let what = format!("velocity-gain: velocity gained in {steps} steps, m/s");
-            figures.exact(&what, gain, expected, MOMENTS[1], expected);
-            let gain = late.spin(0) - early.spin(0);
-            let Ball { arm, grain, .. } = of.ball;
-            let expected = time * arm * Incline::MASS * pull / grain.inertia;
-            let what = format!("spin-gain: spin gained in {steps} steps, rad/s");
-            figures.exact(&what, gain, expected, MOMENTS[1], expected);
-        });
+        let incline = Incline::new(share, PI / 4.5, 64.0);
+        group = group.with(
+            shape,
+            incline.case(FRICTION, &MOMENTS),
+            move |track, figures| {
+                let [early, late] = MOMENTS.map(|step| at(track, step));
+                let steps = MOMENTS[1] - MOMENTS[0];
+                let time = steps as f64 * incline.dt;
+                let pull = FRICTION * incline.against;
+                let gain = late.velocity(0)[0] - early.velocity(0)[0];
+                let expected = time * (incline.along - pull);
+                let what = format!("velocity-gain: velocity gained in {steps} steps, m/s");
+                figures.exact(&what, gain, expected, MOMENTS[1], expected);
+                let gain = late.spin(0) - early.spin(0);
+                let Ball { arm, grain, .. } = incline.ball;
+                let expected = time * arm * Incline::MASS * pull / grain.inertia;
+                let what = format!("spin-gain: spin gained in {steps} steps, rad/s");
+                figures.exact(&what, gain, expected, MOMENTS[1], expected);
+            },
+        );
     }
     group
 }

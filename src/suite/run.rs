@@ -73,18 +73,18 @@ impl CaseResult {
         let prefix = self.check_id();
         match found {
             Ok(checks) => {
-                let undecided = checks.iter().any(|of| of.outcome == Outcome::Skipped);
-                let failed = checks.iter().any(|of| of.outcome == Outcome::Fail);
+                let undecided = checks.iter().any(|check| check.outcome == Outcome::Skipped);
+                let failed = checks.iter().any(|check| check.outcome == Outcome::Fail);
                 self.outcome = match undecided && !failed {
                     true => Outcome::Skipped,
                     false => outcome(&checks),
                 };
-                let of = |check: Check| Check {
+                let named = |check: Check| Check {
                     id: format!("{prefix}/{}", check.id),
                     method: self.title.clone(),
                     ..check
                 };
-                self.checks = checks.into_iter().map(of).collect();
+                self.checks = checks.into_iter().map(named).collect();
             }
             Err(reason) => (self.outcome, self.reason) = (Outcome::Fail, reason),
         }
@@ -134,8 +134,8 @@ fn of_group(group: &CaseGroup, by: (Role, &str)) -> CaseResult {
 
 const TOGETHER: (Role, &str) = (Role::CrossCode, "native and YADE");
 
-fn of_cross(of: &CrossCase) -> CaseResult {
-    case(&of.id, &of.title, Evidence::CrossCode, TOGETHER)
+fn of_cross(cross: &CrossCase) -> CaseResult {
+    case(&cross.id, &cross.title, Evidence::CrossCode, TOGETHER)
 }
 
 fn of_parameters() -> CaseResult {
@@ -161,7 +161,10 @@ impl Tally {
     fn of(cases: &[CaseResult]) -> Self {
         let mut tally = Tally::default();
         // That each case detects its faults is no case of its own.
-        for case in cases.iter().filter(|of| of.evidence != Evidence::Detection) {
+        for case in cases
+            .iter()
+            .filter(|case| case.evidence != Evidence::Detection)
+        {
             *match case.outcome {
                 Outcome::Pass => &mut tally.passed,
                 Outcome::Skipped if case.inapplicable => &mut tally.inapplicable,
@@ -226,7 +229,8 @@ impl Verification {
     pub fn checks(&self) -> Vec<Check> {
         let checks = self.cases.iter().flat_map(|case| &case.checks);
         let first_steps = self.first_steps.iter();
-        let first_steps = first_steps.flat_map(|of| first_steps::checks(of, "verify/first-steps"));
+        let first_steps =
+            first_steps.flat_map(|judgement| first_steps::checks(judgement, "verify/first-steps"));
         checks.cloned().chain(first_steps).collect()
     }
 }
@@ -246,7 +250,7 @@ pub struct DiscFigures {
 
 impl DiscFigures {
     fn of(field: &DiscField) -> Self {
-        let parts = |of: Matrix2<f64>| [of[(0, 0)], of[(1, 1)], of[(0, 1)]];
+        let parts = |matrix: Matrix2<f64>| [matrix[(0, 0)], matrix[(1, 1)], matrix[(0, 1)]];
         DiscFigures {
             contact: parts(field.contact_average()),
             disc: parts(field.average_over_disc()),
@@ -286,7 +290,8 @@ impl Suite {
         let sound = CaseOptions::default();
         let run = |group: &CaseGroup| {
             let tracks = native_tracks(&group.cases, &sound);
-            of_group(group, (Role::Tested, "native")).judged(tracks.map(|of| group.judge(&of)))
+            of_group(group, (Role::Tested, "native"))
+                .judged(tracks.map(|tracks| group.judge(&tracks)))
         };
         self.groups.iter().map(run).collect()
     }
@@ -300,17 +305,21 @@ impl Suite {
     ) -> Result<RunInYade, EngineError> {
         let scenes = parameters::scenes().map(|(name, scene)| (name, parameters::probe(&scene)));
         let can = |group: &&CaseGroup| not_in_yade(group).is_none();
-        let alone = self.groups.iter().filter(can).flat_map(|of| &of.cases);
+        let alone = self
+            .groups
+            .iter()
+            .filter(can)
+            .flat_map(|group| &group.cases);
         let mut cases: Vec<&Case> = scenes.iter().map(|(_, probe)| probe).chain(alone).collect();
-        cases.extend(self.cross.iter().map(|of| &of.case));
+        cases.extend(self.cross.iter().map(|cross| &cross.case));
         let work = work_folder().map_err(ProgramError::File)?;
         let (made, version) = run_cases(&cases, options, work.path(), observer)?;
         let mut rest = made.into_iter();
         let answers = scenes.into_iter().zip(rest.by_ref());
-        let answers = answers.map(|((name, probe), of)| Answer {
+        let answers = answers.map(|((name, probe), answer)| Answer {
             name,
             probe,
-            yade: of.effective,
+            yade: answer.effective,
         });
         let answers = answers.collect();
         let judge = |group: &CaseGroup| {
@@ -319,7 +328,7 @@ impl Suite {
                 return case.skipped(&format!("YADE has no {reason}"), true);
             }
             let own = rest.by_ref().take(group.cases.len());
-            let own: Vec<Track> = own.map(|of| of.track).collect();
+            let own: Vec<Track> = own.map(|answer| answer.track).collect();
             case.judged(Ok(group.judge(&own)))
         };
         Ok(RunInYade {
@@ -332,20 +341,23 @@ impl Suite {
 
     /// Native against what YADE made of the cross-code cases.
     fn compare(&self, in_yade: &[CaseInYade]) -> Vec<CaseResult> {
-        let compare = |(of, yade): (&CrossCase, &CaseInYade)| {
-            let native = run_case(&of.case, None).and_then(|track| match yade.loads[..] {
+        let compare = |(cross, yade): (&CrossCase, &CaseInYade)| {
+            let native = run_case(&cross.case, None).and_then(|track| match yade.loads[..] {
                 [] => Ok((track, Vec::new())),
-                _ => Ok((track, loads(&of.case)?)),
+                _ => Ok((track, loads(&cross.case)?)),
             });
-            let found = native.map(|(track, loads)| cross_code::judge(of, &track, &loads, yade));
-            of_cross(of).judged(found.map_err(|error| error.to_string()))
+            let found = native.map(|(track, loads)| cross_code::judge(cross, &track, &loads, yade));
+            of_cross(cross).judged(found.map_err(|error| error.to_string()))
         };
         self.cross.iter().zip(in_yade).map(compare).collect()
     }
 
     /// All cases that need YADE, as skipped.
     fn without_yade(&self, reason: &str, role: Role) -> Vec<CaseResult> {
-        let groups = self.groups.iter().map(|of| of_group(of, (role, "YADE")));
+        let groups = self
+            .groups
+            .iter()
+            .map(|group| of_group(group, (role, "YADE")));
         let cross = self.cross.iter().map(of_cross).chain([of_precision()]);
         let cases = groups.chain([of_parameters()]).chain(cross);
         cases.map(|case| case.skipped(reason, false)).collect()
@@ -363,7 +375,7 @@ impl Suite {
         let rounded = symmetry::rounded();
         for (index, group) in self.groups.iter().enumerate() {
             progress(index, self.groups.len());
-            let of_engines = rounded.iter().find(|of| of.id == group.id);
+            let of_engines = rounded.iter().find(|other| other.id == group.id);
             let group = of_engines.unwrap_or(group);
             let case = of_group(group, (Role::Tested, name));
             let cases: Vec<&Case> = group.cases.iter().collect();
@@ -384,7 +396,7 @@ impl Suite {
                     Ok(tracks) => {
                         let checks = group.judge(&tracks).into_iter();
                         case.judged(Ok(checks
-                            .map(|of| of_precision_of(of, resolution))
+                            .map(|check| of_precision_of(check, resolution))
                             .collect()))
                     }
                     Err(reason) => case.skipped(&format!("{name} refused: {reason}"), false),
@@ -534,14 +546,14 @@ pub fn verify_in(
     let first_steps = match described.has(Part::Cases) {
         true => {
             let task = display.task(&format!("a bed in {name}"));
-            let mut progress = |of: &str| task.share(0.0, of);
+            let mut progress = |text: &str| task.share(0.0, text);
             let found = first_steps::first_steps(engine, beds, &mut progress)?;
             task.done("done");
             Some(found)
         }
         false => None,
     };
-    let measured = first_steps.as_ref().map(|of| of.resolution);
+    let measured = first_steps.as_ref().map(|judgement| judgement.resolution);
     let resolution = measured.unwrap_or(Resolution::DOUBLE);
     let task = display.task(&format!("cases in {name}"));
     let cases = Suite::new(0).run_in(engine, name, resolution, &|done, all| {
@@ -559,8 +571,8 @@ impl Verification {
     pub fn document(&self) -> Document {
         let live = |version| format!(" YADE {version} ran live.");
         let mut yade = self.yade.as_ref().map_or(String::new(), live);
-        if let Some(of) = &self.first_steps {
-            let (verdict, said) = (of.verdict(), first_steps::answer(of));
+        if let Some(judgement) = &self.first_steps {
+            let (verdict, said) = (judgement.verdict(), first_steps::answer(judgement));
             yade += &format!(" From a bed: {}", first_steps::with_verdict(verdict, &said));
         }
         Document {
@@ -591,7 +603,7 @@ impl Verification {
         let mut answer = "Each case is a small experiment whose outcome is known. All engines run the same cases and are judged by \
                           the same code."
             .to_owned();
-        if self.cases.iter().any(|of| of.role == Role::Reference) {
+        if self.cases.iter().any(|case| case.role == Role::Reference) {
             answer += " The reference is YADE; cross-code holds its numbers against native's.";
         }
         let missing = |case: &&CaseResult| case.outcome == Outcome::Skipped && !case.inapplicable;
@@ -603,22 +615,22 @@ impl Verification {
         cases.retain(|case| seen.insert(&case.id));
         let by = |case: &CaseResult, role: Role| {
             let mut all = self.cases.iter();
-            let own = all.find(|of| of.id == case.id && of.role == role)?;
+            let own = all.find(|result| result.id == case.id && result.role == role)?;
             Some(own.outcome)
         };
         // What is missing for many is said once, above.
         let reasons = |case: &CaseResult| {
-            let own = self.cases.iter().filter(|of| of.id == case.id);
-            let own = own.filter(|of| of.inapplicable || of.outcome == Outcome::Fail);
-            let reasons: Vec<&str> = own.map(|of| of.reason.as_str()).collect();
+            let own = self.cases.iter().filter(|result| result.id == case.id);
+            let own = own.filter(|result| result.inapplicable || result.outcome == Outcome::Fail);
+            let reasons: Vec<&str> = own.map(|result| result.reason.as_str()).collect();
             reasons.join(" ")
         };
         let table = Table::of("cases", "Cases", cases)
             .column("case", |case| Cell::Code(case.id.clone()))
             .column("tested", |case| by(case, Role::Tested))
             .column("reference", |case| by(case, Role::Reference))
-            .column("cross-code", |of| {
-                by(of, Role::CrossCode).or(by(of, Role::Suite))
+            .column("cross-code", |case| {
+                by(case, Role::CrossCode).or(by(case, Role::Suite))
             })
             .column("what it shows", |case| &case.title)
             .column("why", reasons);
@@ -632,13 +644,13 @@ impl Verification {
     }
 }
 
-fn inside_a_disc(of: &DiscFigures) -> Section {
+fn inside_a_disc(figures: &DiscFigures) -> Section {
     let square = "field averaged over the control square of side R at the centre";
     let stresses = [
-        ("Σ/V of the contact forces", of.contact),
-        ("field averaged over the disc, by quadrature", of.disc),
-        (square, of.square),
-        ("Σ over the cell of side 2R: Table 3", of.cell),
+        ("Σ/V of the contact forces", figures.contact),
+        ("field averaged over the disc, by quadrature", figures.disc),
+        (square, figures.square),
+        ("Σ over the cell of side 2R: Table 3", figures.cell),
     ];
     let title = "Stresses of Figure 4's disc, tension positive";
     let table = Table::of("disc", title, &stresses)
@@ -691,18 +703,20 @@ fn detection(limits: &Limits) -> Section {
 
 /// How rounding errors grow in each precision.
 fn errors(errors: &[Errors]) -> Plot {
-    let points = |of: fn(&Errors) -> f64| -> Vec<[f64; 2]> {
-        let points = errors.iter().map(|errors| [errors.step as f64, of(errors)]);
+    let points = |value: fn(&Errors) -> f64| -> Vec<[f64; 2]> {
+        let points = errors
+            .iter()
+            .map(|errors| [errors.step as f64, value(errors)]);
         points.filter(|[_, error]| *error > 0.0).collect()
     };
-    let yade = points(|of| of.yade).into_iter();
+    let yade = points(|errors| errors.yade).into_iter();
     Plot::new(
         "rounding",
         "Distance from the same run in 128-bit arithmetic. It grows while grains collide, until neighbours are no longer the same.",
         Axis::linear("step of pouring"),
         Axis::logarithmic("largest error over R"),
     )
-    .line("native", Colour::Blue, points(|of| of.native))
+    .line("native", Colour::Blue, points(|errors| errors.native))
     .points("YADE, double", Colour::Vermilion, yade.map(|[x, y]| Point::at(x, y)))
-    .line("YADE, long double", Colour::Green, points(|of| of.long_double))
+    .line("YADE, long double", Colour::Green, points(|errors| errors.long_double))
 }

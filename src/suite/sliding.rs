@@ -112,11 +112,11 @@ impl Slide {
     /// Velocity along the wall and spin that follow from the impulse J = ∫N dt and from ∫u N dt: the
     /// tangential impulse is μJ and acts at the arm R − s·u, against the slip of the surface.
     fn sliding(&self, impulse: f64, overlap_impulse: f64) -> [f64; 2] {
-        let of = self.impact.grain;
-        let friction = (of.velocity[0] - of.radius * of.spin).signum() * self.tan_phi;
-        let turning = of.radius * impulse - self.arms.shortening * overlap_impulse;
-        let velocity = of.velocity[0] - friction * impulse / of.mass;
-        [velocity, of.spin + friction * turning / of.inertia]
+        let grain = self.impact.grain;
+        let friction = (grain.velocity[0] - grain.radius * grain.spin).signum() * self.tan_phi;
+        let turning = grain.radius * impulse - self.arms.shortening * overlap_impulse;
+        let velocity = grain.velocity[0] - friction * impulse / grain.mass;
+        [velocity, grain.spin + friction * turning / grain.inertia]
     }
 
     /// The same in continuous time: J = m(1+e)v.
@@ -138,10 +138,10 @@ impl Slide {
         let of_impulse = angle.powi(4) + 0.5 * rebound.ln().abs() * share + rounding;
         let impulse = contact.mass * (1.0 + rebound) * contact.approach * of_impulse;
         let shortening = self.arms.shortening * contact.overlap_impulse() * (angle * angle + share);
-        let of = self.impact.grain;
-        let turning = of.radius * impulse + shortening;
+        let grain = self.impact.grain;
+        let turning = grain.radius * impulse + shortening;
         let [push, turn] = [impulse, turning].map(|normal| self.tan_phi * normal);
-        [push / of.mass, turn / of.inertia]
+        [push / grain.mass, turn / grain.inertia]
     }
 
     fn case(&self, moments: Vec<u64>) -> Case {
@@ -204,12 +204,12 @@ fn mfix() -> CaseGroup {
             // A disc one metre long weighs more: as stiff for its mass.
             let stiffness = 1.72e7 * grain.mass / ball.mass;
             let slide = Slide::new(id, grain, CONTACT_POINT, stiffness, [1.48 / 1.72, 0.092]);
-            group = slide.add_to(group, move |of, track, figures| {
+            group = slide.add_to(group, move |slide, track, figures| {
                 if what != "ball" {
                     return;
                 }
-                let [velocity, found] = of.seen(track);
-                let found_restitution = velocity / of.impact.grain.velocity[0];
+                let [velocity, found] = slide.seen(track);
+                let found_restitution = velocity / slide.impact.grain.velocity[0];
                 figures.because(
                     "rounding of the printed value; gross sliding does not feel the published run's steps",
                 );
@@ -222,7 +222,7 @@ fn mfix() -> CaseGroup {
                 if let Some(published) = spin {
                     // What the overlap takes from the arm is all in the spin that feels the steps.
                     let shortened =
-                        of.tan_phi * of.impact.contact().overlap_impulse() / of.impact.grain.inertia;
+                        slide.tan_phi * slide.impact.contact().overlap_impulse() / slide.impact.grain.inertia;
                     let off = 0.5e-2 + 2.0 * shortened / PUBLISHED_STEPS;
                     let what = "published-spin: spin as published, rad/s";
                     figures.is(what, found, published, off);
@@ -287,32 +287,32 @@ fn recurrence() -> CaseGroup {
         let speed = 0.2 * grain.radius * (stiffness / grain.mass).sqrt();
         let spin = -8.0 * speed / grain.radius;
         let grain = grain.moving([0.0, -speed]).spinning(spin);
-        let mut of = Slide::new(id.to_owned(), grain, arms, stiffness, [0.7, 0.4]);
-        of.impact.steps = 100.0;
+        let mut slide = Slide::new(id.to_owned(), grain, arms, stiffness, [0.7, 0.4]);
+        slide.impact.steps = 100.0;
         if damping_ratio != 0.0 {
-            of = of.damped(damping_ratio);
+            slide = slide.damped(damping_ratio);
         }
-        let case = of.case(vec![0, of.end()]);
-        group = group.with(of.impact.id.clone(), case, move |track, figures| {
-            let contact = of.impact.contact();
-            let last = of.end();
-            let states = contact.track(of.impact.start(), &(0..last).collect::<Vec<u64>>());
-            let normal = |state: &State| of.impact.dt() * contact.force(state);
+        let case = slide.case(vec![0, slide.end()]);
+        group = group.with(slide.impact.id.clone(), case, move |track, figures| {
+            let contact = slide.impact.contact();
+            let last = slide.end();
+            let states = contact.track(slide.impact.start(), &(0..last).collect::<Vec<u64>>());
+            let normal = |state: &State| slide.impact.dt() * contact.force(state);
             let impulse: f64 = states.iter().map(normal).sum();
             let overlaps = states.iter().map(|state| state.overlap * normal(state));
-            let [_, of_spin] = of.sliding(impulse, overlaps.sum());
+            let [_, of_spin] = slide.sliding(impulse, overlaps.sum());
             let start = at(track, 0).velocity(0);
             let end = at(track, last).velocity(0);
-            let [_, spin] = of.seen(track);
+            let [_, spin] = slide.seen(track);
             let amplitude = contact.approach / contact.frequency();
             let off = random_rounding(last, 1.5 * grain.radius, amplitude);
             figures.because(
                 "true of every step that slides; rounding of two velocities in every step",
             );
             let found = (end[0] - start[0]).abs() / (end[1] - start[1]);
-            let of_ratio = of.tan_phi * 2.0 * f64::EPSILON * last as f64;
+            let of_ratio = slide.tan_phi * 2.0 * f64::EPSILON * last as f64;
             let what = "push: change of velocity along the wall over that across, 1";
-            figures.is(what, found, of.tan_phi, of_ratio);
+            figures.is(what, found, slide.tan_phi, of_ratio);
             figures.because(ROUNDING);
             let expected = impulse / grain.mass - contact.approach;
             let what = "rebound: velocity across after the impact, m/s";
@@ -411,11 +411,11 @@ fn sticking() -> CaseGroup {
     let disc = Grain::disc([0.0; 2], 0.01, 2000.0);
     for (what, grain) in [("ball", ball), ("disc", disc)] {
         for arms in [HALF_OVERLAP, CONTACT_POINT] {
-            let of = Rocking::new(grain, arms);
-            let modulus = of.stiffness / grain.radius;
+            let rocking = Rocking::new(grain, arms);
+            let modulus = rocking.stiffness / grain.radius;
             let law = (arms.of)(suite::friction(modulus, Rocking::RATIO, 1.2));
             let gravity = [0.0, -Rocking::GRAVITY];
-            let model = suite::world(law, of.dt(), gravity, 0.0, [&[], &[FLOOR]]);
+            let model = suite::world(law, rocking.dt(), gravity, 0.0, [&[], &[FLOOR]]);
             let height = FLOOR + grain.radius - 0.1 * grain.radius;
             let grains = [grain.at([0.0, height]).moving([Rocking::SPEED, 0.0])];
             let id = format!("{what}/{}", arms.id);
@@ -428,19 +428,20 @@ fn sticking() -> CaseGroup {
                     let (way, velocity) = (view.position(0)[0], view.velocity(0)[0]);
                     [way, velocity, view.spin(0), force]
                 };
-                let rate = (of.tangential() * of.mobility).sqrt();
-                let amplitude = of.swing(0).approach / rate;
+                let rate = (rocking.tangential() * rocking.mobility).sqrt();
+                let amplitude = rocking.swing(0).approach / rate;
                 let tolerance = random_rounding(STEPS, amplitude, amplitude)
                     + rounding_of_phase(STEPS as f64 * Rocking::ANGLE);
                 figures.because(ROUNDING);
                 let scales = [
-                    ("way", of.dt() * Rocking::SPEED * STEPS as f64),
+                    ("way", rocking.dt() * Rocking::SPEED * STEPS as f64),
                     ("velocity", Rocking::SPEED),
-                    ("spin", Rocking::SPEED / of.grain.radius),
-                    ("force", of.tangential() * amplitude),
+                    ("spin", Rocking::SPEED / rocking.grain.radius),
+                    ("force", rocking.tangential() * amplitude),
                 ];
                 for (i, (what, scale)) in scales.into_iter().enumerate() {
-                    let off = |step: u64| ((seen(step)[i] - of.expected(step)[i]) / scale).abs();
+                    let off =
+                        |step: u64| ((seen(step)[i] - rocking.expected(step)[i]) / scale).abs();
                     let what = format!("{what}: largest deviation of the {what} over its size, 1");
                     figures.is(&what, furthest(0.0, MOMENTS.map(off)), 0.0, tolerance);
                 }

@@ -87,9 +87,11 @@ impl Pile {
 
     /// Every contact force that statics gives: as it is over as it should be.
     fn statics(&self, at: &Snapshot) -> Vec<f64> {
-        let is_given = |of: &&Contact| self.given.contains(&(of.id1, of.id2));
+        let is_given = |contact: &&Contact| self.given.contains(&(contact.id1, contact.id2));
         let given = at.contacts.iter().filter(is_given);
-        let mut solved: Vec<(&Contact, f64)> = given.map(|of| (of, of.normal_force)).collect();
+        let mut solved: Vec<(&Contact, f64)> = given
+            .map(|contact| (contact, contact.normal_force))
+            .collect();
         let given = solved.len();
         for &(disc, bearers) in &self.rests {
             let [Some(a), Some(b)] = bearers.map(|bearer| between(at, disc, bearer)) else {

@@ -36,8 +36,8 @@ pub fn rounded() -> Vec<CaseGroup> {
 }
 
 fn groups_where(rounded: impl Fn(Option<f64>) -> Option<f64>) -> Vec<CaseGroup> {
-    let group = |id, title, frame, make: fn(&str, &Law) -> Case, of| {
-        group(id, title, frame, make, rounded(of))
+    let group = |id, title, frame, make: fn(&str, &Law) -> Case, size| {
+        group(id, title, frame, make, rounded(size))
     };
     let punched: fn(&str, &Law) -> Case = |name, law| bed(name, law, true);
     let open: fn(&str, &Law) -> Case = |name, law| bed(name, law, false);
@@ -247,15 +247,15 @@ impl Frame {
     }
 
     /// The grains as they are in this frame at this time.
-    fn bodies(&self, of: &Bodies, time: f64) -> Bodies {
-        let mut seen = of.clone();
-        for id in 0..of.len() {
+    fn bodies(&self, bodies: &Bodies, time: f64) -> Bodies {
+        let mut seen = bodies.clone();
+        for id in 0..bodies.len() {
             let to = self.number(id);
-            [seen.x[to], seen.z[to]] = self.position([of.x[id], of.z[id]], time);
-            [seen.vx[to], seen.vz[to]] = self.velocity([of.vx[id], of.vz[id]]);
-            seen.radius[to] = of.radius[id];
-            seen.mass[to] = of.mass[id];
-            if let (Some(spin), Some(inertia)) = (of.spin.get(id), of.inertia.get(id)) {
+            [seen.x[to], seen.z[to]] = self.position([bodies.x[id], bodies.z[id]], time);
+            [seen.vx[to], seen.vz[to]] = self.velocity([bodies.vx[id], bodies.vz[id]]);
+            seen.radius[to] = bodies.radius[id];
+            seen.mass[to] = bodies.mass[id];
+            if let (Some(spin), Some(inertia)) = (bodies.spin.get(id), bodies.inertia.get(id)) {
                 seen.spin[to] = self.spin(*spin);
                 seen.inertia[to] = *inertia;
             }
@@ -303,8 +303,8 @@ impl Frame {
     /// A contact that only one of the two has bears nothing in the other.
     fn forces_apart(&self, still: &Snapshot, other: &Snapshot) -> f64 {
         let grains = still.bodies.len();
-        let of = |contact| self.force(contact, grains);
-        let mut apart: BTreeMap<(u32, u32), [f64; 2]> = still.contacts.iter().map(of).collect();
+        let vector = |contact| self.force(contact, grains);
+        let mut apart: BTreeMap<(u32, u32), [f64; 2]> = still.contacts.iter().map(vector).collect();
         for contact in &other.contacts {
             let force = contact.force();
             let difference = apart.entry((contact.id1, contact.id2)).or_default();
@@ -355,7 +355,8 @@ mod tests {
                 case.moments = (0..=STEPS / 20).map(|i| 20 * i).collect();
                 let track = run_case(&case, None).expect("a sound case");
                 let contacts = track.iter().flat_map(|at| &at.contacts);
-                let pairs: BTreeSet<_> = contacts.map(|of| (of.id1, of.id2)).collect();
+                let pairs: BTreeSet<_> =
+                    contacts.map(|contact| (contact.id1, contact.id2)).collect();
                 assert!(pairs.len() > 25, "{name}: {}", pairs.len());
                 // Right wall, floor and punch; gravity leans to the right.
                 for body in 1..3 + u32::from(punch) {

@@ -146,7 +146,8 @@ mod tests {
                     found.is_some_and(|found| found.low < 1.0 && found.high > 1.0)
                 };
                 let statistics = [mean, moments::coefficient_of_variation];
-                statistics.map(|of: fn(&[f64]) -> f64| holds(of_values(&values, 0.95, of)))
+                statistics
+                    .map(|statistic: fn(&[f64]) -> f64| holds(of_values(&values, 0.95, statistic)))
             });
             for (which, told) in told.into_iter().enumerate() {
                 let hits = covered.iter().filter(|one| one[which]).count();

@@ -114,8 +114,8 @@ impl Family {
         if lowest == highest {
             return None;
         }
-        let mean_of = |of: &dyn Fn(f64) -> f64| {
-            values.iter().map(|value| of(*value)).sum::<f64>() / values.len() as f64
+        let mean_of = |function: &dyn Fn(f64) -> f64| {
+            values.iter().map(|value| function(*value)).sum::<f64>() / values.len() as f64
         };
         match self {
             Family::Exponential if lowest >= 0.0 => {
@@ -149,7 +149,10 @@ impl Family {
                 Some(Distribution::StretchedExponential { power, scale })
             }
             Family::GaussianTail if lowest > 0.0 => {
-                let squares: Vec<f64> = values.iter().map(|of| (of / highest).powi(2)).collect();
+                let squares: Vec<f64> = values
+                    .iter()
+                    .map(|value| (value / highest).powi(2))
+                    .collect();
                 let shape = gamma_shape(&squares)?;
                 let scale = highest * (mean(&squares) / shape).sqrt();
                 Some(Distribution::GaussianTail { shape, scale })
@@ -161,7 +164,7 @@ impl Family {
 
 /// Smallest and largest; none without values or with one that is not a number.
 fn range(values: &[f64]) -> Option<(f64, f64)> {
-    let sound = !values.is_empty() && values.iter().all(|of| of.is_finite());
+    let sound = !values.is_empty() && values.iter().all(|value| value.is_finite());
     let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
     let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     sound.then_some((lowest, highest))
@@ -182,8 +185,8 @@ impl Distribution {
 
     /// The distribution of the values over a unit above zero.
     pub fn over(&self, unit: f64) -> Distribution {
-        let mut of = *self;
-        match &mut of {
+        let mut distribution = *self;
+        match &mut distribution {
             Distribution::Exponential { mean } => *mean /= unit,
             Distribution::Gamma { scale, .. }
             | Distribution::Weibull { scale, .. }
@@ -201,7 +204,7 @@ impl Distribution {
                 *width /= unit;
             }
         }
-        of
+        distribution
     }
 
     /// The probability of a value up to `x`; not a number for impossible parameters.
@@ -361,7 +364,11 @@ fn gamma(shape: f64) -> Distribution {
 }
 
 fn positive(values: &[f64]) -> Vec<f64> {
-    values.iter().copied().filter(|of| *of > 0.0).collect()
+    values
+        .iter()
+        .copied()
+        .filter(|value| *value > 0.0)
+        .collect()
 }
 
 /// Shapes that are looked at.
@@ -370,7 +377,7 @@ const SHAPES: [f64; 2] = [1.0e-3, 1.0e4];
 /// Where a falling function is zero between these ends, by halving on a logarithmic scale.
 fn falling_root(ends: [f64; 2], function: impl Fn(f64) -> f64) -> Option<f64> {
     let [low, high] = ends.map(&function);
-    (low > 0.0 && high < 0.0).then(|| halved(ends, 80, |of| function(of) > 0.0))
+    (low > 0.0 && high < 0.0).then(|| halved(ends, 80, |value| function(value) > 0.0))
 }
 
 #[cfg(test)]

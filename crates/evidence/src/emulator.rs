@@ -86,10 +86,10 @@ impl Law {
         let mut covariance = noise.clone();
         for (row, one) in all.iter().enumerate() {
             for (column, other) in all.iter().enumerate().take(row + 1) {
-                let of = self.between(&one.at, &other.at);
-                covariance[(row, column)] += of;
+                let term = self.between(&one.at, &other.at);
+                covariance[(row, column)] += term;
                 if row != column {
-                    covariance[(column, row)] += of;
+                    covariance[(column, row)] += term;
                 }
             }
             covariance[(row, row)] += rough * rough;
@@ -101,7 +101,8 @@ impl Law {
     fn expected(&self) -> f64 {
         let last = self.logarithms.len() - 2;
         let logarithms = self.logarithms.iter().enumerate();
-        let off = logarithms.map(|(index, of)| of - EXPECTED[(index + 1).saturating_sub(last)]);
+        let off = logarithms
+            .map(|(index, logarithm)| logarithm - EXPECTED[(index + 1).saturating_sub(last)]);
         -0.5 * off.map(|off| off * off).sum::<f64>()
     }
 }
@@ -110,14 +111,21 @@ impl Emulator {
     /// The most likely process of these means; `correlation` is that of the noise within a group, in 0 to 1. None for fewer
     /// than three, or equal means without noise.
     pub fn of(observed: Vec<Observation>, correlation: f64) -> Option<Self> {
-        let means: Vec<f64> = observed.iter().map(|of| of.mean).collect();
-        let noise: Vec<f64> = observed.iter().map(|of| of.variance).collect();
+        let means: Vec<f64> = observed
+            .iter()
+            .map(|observation| observation.mean)
+            .collect();
+        let noise: Vec<f64> = observed
+            .iter()
+            .map(|observation| observation.variance)
+            .collect();
         let centre = mean(&means);
         let unit = standard_deviation(&means).max(mean(&noise).sqrt());
         if observed.len() < 3 || unit.is_nan() || unit <= 0.0 {
             return None;
         }
-        let y = DVector::from_iterator(means.len(), means.iter().map(|of| (of - centre) / unit));
+        let y =
+            DVector::from_iterator(means.len(), means.iter().map(|mean| (mean - centre) / unit));
         let noise = DMatrix::from_fn(y.len(), y.len(), |row, column| {
             let (one, other) = (&observed[row], &observed[column]);
             let both = (one.variance * other.variance).sqrt() / (unit * unit);
@@ -131,7 +139,7 @@ impl Emulator {
             let factor = law.of_observed(&observed, &noise).cholesky()?;
             let weights = factor.solve(&y);
             let diagonal = factor.l_dirty().diagonal();
-            let determinant: f64 = diagonal.iter().map(|of| of.ln()).sum();
+            let determinant: f64 = diagonal.iter().map(|value| value.ln()).sum();
             let likelihood = -0.5 * (y.dot(&weights) + y.len() as f64 * TAU.ln()) - determinant;
             Some((likelihood + law.expected(), factor, weights))
         };
@@ -170,19 +178,20 @@ impl Emulator {
         };
         let left_out = emulator.left_out();
         let off = left_out.iter().zip(&emulator.observed);
-        let off = off.map(|(of, own)| (of.mean - own.mean).abs() / of.variance.sqrt());
+        let off =
+            off.map(|(expected, own)| (expected.mean - own.mean).abs() / expected.variance.sqrt());
         let mut off: Vec<f64> = off.collect();
         off.sort_by(f64::total_cmp);
         let nineteen_in_twenty = (0.95 * off.len() as f64).ceil() as usize;
         let within = off.get(nineteen_in_twenty.saturating_sub(1));
-        emulator.inflation = within.map_or(1.0, |of| (of / 1.96).max(1.0));
+        emulator.inflation = within.map_or(1.0, |deviation| (deviation / 1.96).max(1.0));
         Some(emulator)
     }
 
     /// What is expected at a setting that need not be observed.
     pub fn at(&self, at: &[f64]) -> Expected {
         let all = self.observed.iter();
-        let shared = all.map(|of| self.law.between(at, &of.at));
+        let shared = all.map(|observation| self.law.between(at, &observation.at));
         let shared = DVector::from_iterator(self.observed.len(), shared);
         let rough = self.law.deviations().2;
         let own = self.law.between(at, at) + rough * rough;
@@ -204,13 +213,13 @@ impl Emulator {
         let own = |index: usize| -> Option<Expected> {
             let group = self.observed[index].group;
             let all = 0..self.observed.len();
-            let members = all.filter(|of| self.observed[*of].group == group);
+            let members = all.filter(|member| self.observed[*member].group == group);
             let members: Vec<usize> = members.collect();
             let block = inverse.select_rows(&members).select_columns(&members);
             let weights = self.weights.select_rows(&members);
             let block = block.cholesky()?;
             let off = block.solve(&weights);
-            let place = members.iter().position(|of| *of == index)?;
+            let place = members.iter().position(|member| *member == index)?;
             let observed = (self.observed[index].mean - self.centre) / self.unit;
             Some(self.expected(observed - off[place], block.inverse()[(place, place)]))
         };
@@ -267,8 +276,8 @@ mod tests {
             }
             let out = emulator.left_out();
             assert_eq!(out.len(), all.len());
-            let near = |(of, at): &(&Expected, &Observation)| {
-                (of.mean - at.mean).abs() < 1.96 * of.variance.sqrt()
+            let near = |(expected, at): &(&Expected, &Observation)| {
+                (expected.mean - at.mean).abs() < 1.96 * expected.variance.sqrt()
             };
             left += out.iter().zip(&all).filter(near).count();
         }
@@ -288,7 +297,11 @@ mod tests {
     fn a_group_left_out_is_a_group_never_seen() {
         let all = observed(&mut Source::new(&KEY, 1000), 12);
         let whole = Emulator::of(all.clone(), 0.5).expect("it fits");
-        let others: Vec<Observation> = all.iter().filter(|of| of.group != 3).cloned().collect();
+        let others: Vec<Observation> = all
+            .iter()
+            .filter(|observation| observation.group != 3)
+            .cloned()
+            .collect();
         let noise = DMatrix::from_fn(others.len(), others.len(), |row, column| {
             let (one, other) = (&others[row], &others[column]);
             let both = (one.variance * other.variance).sqrt() / (whole.unit * whole.unit);
@@ -300,7 +313,9 @@ mod tests {
             .of_observed(&others, &noise)
             .cholesky()
             .expect("sound");
-        let y = others.iter().map(|of| of.mean - whole.centre);
+        let y = others
+            .iter()
+            .map(|observation| observation.mean - whole.centre);
         let y = DVector::from_iterator(others.len(), y) / whole.unit;
         let weights = factor.solve(&y);
         let part = Emulator {
@@ -325,8 +340,8 @@ mod tests {
         assert!(Emulator::of(all[..2].to_vec(), 0.5).is_none());
         let equal = |variance: f64| {
             let mut all = all.clone();
-            for of in &mut all {
-                (of.mean, of.variance) = (1.0, variance);
+            for observation in &mut all {
+                (observation.mean, observation.variance) = (1.0, variance);
             }
             Emulator::of(all, 0.5)
         };

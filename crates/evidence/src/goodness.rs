@@ -113,11 +113,11 @@ impl Fit {
         draw: impl Fn(&mut Source) -> Option<Distances> + Sync,
     ) -> Option<Self> {
         let distances = distances(&law, values)?;
-        let both = |of: Distances| [of.kolmogorov, of.anderson_darling];
+        let both = |distances: Distances| [distances.kolmogorov, distances.anderson_darling];
         let [found, other] = both(distances);
         let [kolmogorov_p, anderson_darling_p] = random::p_values(key, samples, |source| {
             let drawn = draw(source).map(both);
-            drawn.map_or([true; 2], |of| [of[0] >= found, of[1] >= other])
+            drawn.map_or([true; 2], |drawn| [drawn[0] >= found, drawn[1] >= other])
         });
         Some(Fit {
             law,
@@ -239,11 +239,11 @@ mod tests {
     }
 
     /// The value that a share 0.95 of the distances of fitted exponential samples lies below.
-    fn critical(count: usize, samples: usize, of: fn(&Distances) -> f64) -> f64 {
+    fn critical(count: usize, samples: usize, statistic: fn(&Distances) -> f64) -> f64 {
         let mut drawn = random::replicates(&KEY, samples, |source| {
             let values: Vec<f64> = (0..count).map(|_| source.exponential()).collect();
             let law = Family::Exponential.fit(&values).expect("positive values");
-            of(&distances(&law, &values).expect("values"))
+            statistic(&distances(&law, &values).expect("values"))
         });
         drawn.sort_by(f64::total_cmp);
         drawn[samples * 95 / 100]
@@ -295,7 +295,7 @@ mod tests {
                 ]
             });
             for which in 0..4 {
-                assert_share(found.iter().map(|of| of[which] <= 0.05), 0.99, 0.05);
+                assert_share(found.iter().map(|values| values[which] <= 0.05), 0.99, 0.05);
             }
         }
     }

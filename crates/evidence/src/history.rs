@@ -55,13 +55,13 @@ const LENGTHS: [f64; 3] = [0.1, 0.03, 0.01];
 impl<Snap: Fn(&mut [f64]) + Sync> Match<'_, Snap> {
     pub fn candidate(&self, mut at: Vec<f64>) -> Candidate {
         (self.snap)(&mut at);
-        let of = |(target, emulator): &(Target, Emulator)| {
+        let implausibility = |(target, emulator): &(Target, Emulator)| {
             let found = emulator.at(&at);
             let deviation = (found.variance + target.deviation.powi(2)).sqrt();
             (found.mean - target.value).abs() / deviation
         };
         Candidate {
-            implausibilities: self.figures.iter().map(of).collect(),
+            implausibilities: self.figures.iter().map(implausibility).collect(),
             at,
         }
     }
@@ -87,7 +87,8 @@ impl<Snap: Fn(&mut [f64]) + Sync> Match<'_, Snap> {
             let mut at = best[source.below(best.len())].clone();
             for length in LENGTHS {
                 for _ in 0..MOVES {
-                    let move_by = |of: &f64| (of + length * source.normal()).clamp(0.0, 1.0);
+                    let move_by =
+                        |coordinate: &f64| (coordinate + length * source.normal()).clamp(0.0, 1.0);
                     let moved = self.candidate(at.at.iter().map(move_by).collect());
                     if judge(&moved) < judge(&at) {
                         at = moved;
@@ -104,18 +105,19 @@ impl<Snap: Fn(&mut [f64]) + Sync> Match<'_, Snap> {
 }
 
 /// So many of the settings, each as far as can be from those before it; the first is the least implausible.
-pub fn spread(of: &[Candidate], count: usize) -> Vec<Vec<f64>> {
-    let mut nearest = vec![f64::INFINITY; of.len()];
-    let mut next = (0..of.len()).min_by(|a, b| of[*a].worst().total_cmp(&of[*b].worst()));
+pub fn spread(candidates: &[Candidate], count: usize) -> Vec<Vec<f64>> {
+    let mut nearest = vec![f64::INFINITY; candidates.len()];
+    let mut next = (0..candidates.len())
+        .min_by(|a, b| candidates[*a].worst().total_cmp(&candidates[*b].worst()));
     let mut chosen: Vec<Vec<f64>> = Vec::new();
     while let Some(place) = next.filter(|place| chosen.len() < count && nearest[*place] > 0.0) {
-        let at = &of[place].at;
-        for (nearest, other) in nearest.iter_mut().zip(of) {
+        let at = &candidates[place].at;
+        for (nearest, other) in nearest.iter_mut().zip(candidates) {
             let squares = at.iter().zip(&other.at).map(|(a, b)| (a - b).powi(2));
             *nearest = nearest.min(squares.sum());
         }
         chosen.push(at.clone());
-        next = (0..of.len()).max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]));
+        next = (0..candidates.len()).max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]));
     }
     chosen
 }
@@ -171,7 +173,9 @@ mod tests {
                     });
                 }
             }
-            let fit = |of: &Vec<Observation>| Emulator::of(of.clone(), 0.0).expect("it fits");
+            let fit = |observations: &Vec<Observation>| {
+                Emulator::of(observations.clone(), 0.0).expect("it fits")
+            };
             let figures = targets.into_iter().zip(observed.iter().map(fit));
             let figures: Vec<(Target, Emulator)> = figures.collect();
             let matched = Match {
@@ -201,9 +205,9 @@ mod tests {
         let all: Vec<(bool, f64)> = (0..60)
             .map(|run| waves(run, simulated(&truth), &truth))
             .collect();
-        let lost = all.iter().filter(|of| !of.0).count();
+        let lost = all.iter().filter(|run| !run.0).count();
         assert!(lost <= 3, "{lost}");
-        assert!(all.iter().all(|of| of.1 < 1.0));
+        assert!(all.iter().all(|run| run.1 < 1.0));
     }
 
     /// Each target alone is possible, both together are not.
@@ -212,7 +216,7 @@ mod tests {
         let all: Vec<(bool, f64)> = (0..60)
             .map(|run| waves(100 + run, [20.0, 9.0], &[1.0, 0.0, 0.0]))
             .collect();
-        let found = all.iter().filter(|of| of.1 <= CUT).count();
+        let found = all.iter().filter(|run| run.1 <= CUT).count();
         assert!(found <= 3, "{found}");
     }
 
@@ -220,8 +224,10 @@ mod tests {
     fn projections_of_a_hypercube_are_even() {
         let points = latin_hypercube(&mut Source::new(&KEY, 0), 50, 4);
         for axis in 0..4 {
-            let mut places: Vec<usize> =
-                points.iter().map(|of| (50.0 * of[axis]) as usize).collect();
+            let mut places: Vec<usize> = points
+                .iter()
+                .map(|point| (50.0 * point[axis]) as usize)
+                .collect();
             places.sort_unstable();
             assert_eq!(places, (0..50).collect::<Vec<usize>>());
         }

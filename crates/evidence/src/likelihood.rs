@@ -101,7 +101,7 @@ pub fn between<'a>(
         .map(|group| one.log_likelihood(group) - two.log_likelihood(group))
         .collect();
     let count = differences.len() as f64;
-    let parameters = [one, two].map(|of| of.family().parameters() as f64);
+    let parameters = [one, two].map(|law| law.family().parameters() as f64);
     // Vuong divides by n, not n − 1.
     let spread = standard_deviation(&differences) * ((count - 1.0) / count).sqrt();
     let z = (spread > 0.0).then(|| count.sqrt() * mean(&differences) / spread)?;
@@ -125,7 +125,7 @@ const MOST: usize = 2048;
 fn shows(law: &Distribution, other: Family, count: usize, source: &mut Source) -> bool {
     let values: Vec<f64> = (0..count).map(|_| law.draw(source)).collect();
     let found = not_nested(law.family(), other, &values);
-    found.is_some_and(|of| of.z > 0.0 && of.p < 0.05)
+    found.is_some_and(|found| found.z > 0.0 && found.p < 0.05)
 }
 
 /// Whether nine in ten of the samples that are drawn show it; drawing ends as soon as that is decided.
@@ -136,7 +136,7 @@ fn is_seen(law: &Distribution, other: Family, count: usize) -> bool {
             let source = &mut Source::new(&SEEN, (start + at) as u64);
             shows(law, other, count, source)
         });
-        unseen += shown.into_iter().filter(|of| !of).count();
+        unseen += shown.into_iter().filter(|shown| !shown).count();
         if 10 * unseen > DRAWN {
             return false;
         }
@@ -232,7 +232,7 @@ mod tests {
             let shown = replicates(&SEEN, DRAWN, |source| {
                 shows(&half_normal, Family::Exponential, count, source)
             });
-            shown.into_iter().filter(|of| *of).count() as f64 / DRAWN as f64
+            shown.into_iter().filter(|shown| *shown).count() as f64 / DRAWN as f64
         };
         assert!(at(found) >= 0.9 && at(promised) < 0.85, "{}", at(promised));
         let exponential = Distribution::Exponential { mean: 1.0 };

@@ -6,10 +6,10 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::Interval;
 use super::moments::{mean, standard_deviation};
 
-/// Wilson's interval for `hits` of `of` at this level (Wilson 1927); none of nothing.
-pub fn wilson(hits: usize, of: usize, level: f64) -> Option<Interval> {
-    let (n, p) = (of as f64, hits as f64 / of as f64);
-    (of > 0).then(|| score(p, n, level))
+/// Wilson's interval for `hits` of `count` at this level (Wilson 1927); none of nothing.
+pub fn wilson(hits: usize, count: usize, level: f64) -> Option<Interval> {
+    let (n, p) = (count as f64, hits as f64 / count as f64);
+    (count > 0).then(|| score(p, n, level))
 }
 
 /// The share of values above so many times their own mean, e^{−multiple} for an exponential. Large values raise share and limit at
@@ -24,7 +24,7 @@ pub fn above_multiple_of_mean(values: &[f64], multiple: f64, level: f64) -> Opti
     let hits = values.iter().filter(|value| is_above(value)).count();
     let p = hits as f64 / n;
     let width = 1.8 * standard_deviation(values) * n.powf(-0.2);
-    let near = values.iter().filter(|of| (*of - limit).abs() < width);
+    let near = values.iter().filter(|value| (*value - limit).abs() < width);
     let slope = multiple * near.count() as f64 / (2.0 * width * n);
     let influence = values.iter().map(|value| {
         let above = f64::from(u8::from(is_above(value)));
@@ -146,12 +146,13 @@ mod tests {
                     let own = above_multiple_of_mean(&values, multiple, 0.95).expect("values");
                     let hits = (own.estimate * count as f64).round() as usize;
                     let wilson = wilson(hits, count, 0.95).expect("values");
-                    let holds = |of: Interval| of.low <= truth && truth <= of.high;
+                    let holds =
+                        |interval: Interval| interval.low <= truth && truth <= interval.high;
                     let width = (own.high - own.low) / (wilson.high - wilson.low);
                     (holds(own), holds(wilson), width)
                 });
-                let share = |of: fn(&(bool, bool, f64)) -> bool| {
-                    found.iter().filter(|one| of(one)).count() as f64 / trials as f64
+                let share = |condition: fn(&(bool, bool, f64)) -> bool| {
+                    found.iter().filter(|one| condition(one)).count() as f64 / trials as f64
                 };
                 let own = share(|one| one.0);
                 let within = own > 0.93 && own < 0.985;
@@ -179,9 +180,14 @@ mod tests {
         };
         let values = [-1.0, -0.6, -0.5, 0.0, 0.25, 1.0, 1.5, -2.0];
         let found = bins.densities(&values, 0.95);
-        let shares: Vec<f64> = found.iter().map(|of| of.estimate * 0.5 * 8.0).collect();
+        let shares: Vec<f64> = found
+            .iter()
+            .map(|interval| interval.estimate * 0.5 * 8.0)
+            .collect();
         assert_eq!(shares, [2.0, 1.0, 2.0, 1.0]);
-        let is_inside = |of: &Interval| of.low < of.estimate && of.estimate < of.high;
+        let is_inside = |interval: &Interval| {
+            interval.low < interval.estimate && interval.estimate < interval.high
+        };
         assert!(found.iter().all(is_inside));
         assert!(bins.densities(&[], 0.95).is_empty());
     }

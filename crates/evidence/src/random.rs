@@ -71,14 +71,14 @@ impl Source {
     }
 }
 
-/// `of(source)` for each of so many replicates, in their order, on all processors.
+/// `value(source)` for each of so many replicates, in their order, on all processors.
 pub fn replicates<T: Send>(
     key: &Key,
     count: usize,
-    of: impl Fn(&mut Source) -> T + Sync,
+    value: impl Fn(&mut Source) -> T + Sync,
 ) -> Vec<T> {
     in_parallel(count, |replicate| {
-        of(&mut Source::new(key, replicate as u64))
+        value(&mut Source::new(key, replicate as u64))
     })
 }
 
@@ -102,8 +102,8 @@ pub fn p_values<const N: usize>(
         let block = in_parallel(BLOCK.min(most - start), |replicate| {
             extreme(&mut Source::new(key, (start + replicate) as u64))
         });
-        for (replicate, of) in (start..).zip(block) {
-            for which in (0..N).filter(|which| of[*which]) {
+        for (replicate, extremes) in (start..).zip(block) {
+            for which in (0..N).filter(|which| extremes[*which]) {
                 hits[which] += 1;
                 if hits[which] == ENOUGH {
                     found[which] = Some(ENOUGH as f64 / (replicate + 1) as f64);
@@ -129,15 +129,15 @@ mod tests {
 
     #[test]
     fn threads_change_nothing() {
-        let of = |source: &mut Source| (source.uniform(), source.below(7), source.gamma(0.4));
-        let on = |threads| on_threads(threads, 103, |at| of(&mut Source::new(&KEY, at as u64)));
+        let draw = |source: &mut Source| (source.uniform(), source.below(7), source.gamma(0.4));
+        let on = |threads| on_threads(threads, 103, |at| draw(&mut Source::new(&KEY, at as u64)));
         let one = on(1);
         for threads in [2, 3, 8, 200] {
             assert_eq!(on(threads), one);
         }
-        assert_eq!(replicates(&KEY, 103, of), one);
+        assert_eq!(replicates(&KEY, 103, draw), one);
         assert_ne!(one[0], one[1]);
-        assert!(replicates(&KEY, 0, of).is_empty());
+        assert!(replicates(&KEY, 0, draw).is_empty());
     }
 
     /// A true statement is rejected as often as the level says, ended early or not; what is never seen gets the smallest p.

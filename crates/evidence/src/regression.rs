@@ -32,7 +32,8 @@ pub fn correlation(first: &[f64], second: &[f64]) -> Option<f64> {
     let (x, y) = (mean(first), mean(second));
     let both = first.iter().zip(second);
     let product: f64 = both.map(|(a, b)| (a - x) * (b - y)).sum();
-    let squares = |of: &[f64], centre: f64| of.iter().map(|v| (v - centre).powi(2)).sum::<f64>();
+    let squares =
+        |values: &[f64], centre: f64| values.iter().map(|v| (v - centre).powi(2)).sum::<f64>();
     let scale = (squares(first, x) * squares(second, y)).sqrt();
     (scale > 0.0).then(|| product / scale)
 }
@@ -139,7 +140,7 @@ mod tests {
             let first: Vec<f64> = (0..60).map(|_| source.exponential()).collect();
             let second: Vec<f64> = (0..60).map(|_| source.exponential()).collect();
             let both: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
-            let p = |of: Option<Correlation>| of.expect("sixty pairs").p;
+            let p = |correlation: Option<Correlation>| correlation.expect("sixty pairs").p;
             [
                 p(spearman(&first, &second, 99)) <= 0.05,
                 p(spearman(&first, &both, 99)) <= 0.05,

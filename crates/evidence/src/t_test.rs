@@ -149,7 +149,7 @@ pub fn finding(difference: &Interval, margin: f64) -> Finding {
 /// What findings come to together: different if one is, equivalent if all are.
 pub fn together(all: &[Finding]) -> Finding {
     let worst = [Finding::Different, Finding::Undecided];
-    let found = worst.into_iter().find(|of| all.contains(of));
+    let found = worst.into_iter().find(|finding| all.contains(finding));
     found.unwrap_or(Finding::Equivalent)
 }
 
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(said, Finding::Equivalent);
         assert!((p - 0.039_874_0).abs() < 1.0e-6);
         assert_eq!(found.equivalence(30.0).expect("two").0, Finding::Undecided);
-        let logarithms = |values: &[f64]| values.iter().map(|of| of.ln()).collect::<Vec<_>>();
+        let logarithms = |values: &[f64]| values.iter().map(|value| value.ln()).collect::<Vec<_>>();
         let found = welch(&logarithms(&AIR_CONDITIONING), &logarithms(&BEARINGS));
         let found = found.expect("positive values");
         assert_approx_eq!(found.difference_90.estimate.exp(), 2.208_609_8);
@@ -259,8 +259,8 @@ mod tests {
         ] {
             let found = replicates(&KEY, trials, |source| {
                 let mut side = |which: usize| -> Vec<f64> {
-                    let of = |_| deviations[which] * source.normal();
-                    (0..sizes[which]).map(of).collect()
+                    let draw = |_| deviations[which] * source.normal();
+                    (0..sizes[which]).map(draw).collect()
                 };
                 let (first, second) = (side(0), side(1));
                 let welch = welch(&first, &second).expect("two samples");

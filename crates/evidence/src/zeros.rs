@@ -25,7 +25,11 @@ impl Parted {
     }
 
     fn by(values: &[f64], stays: impl Fn(f64) -> bool) -> Self {
-        let others: Vec<f64> = values.iter().copied().filter(|of| stays(*of)).collect();
+        let others: Vec<f64> = values
+            .iter()
+            .copied()
+            .filter(|value| stays(*value))
+            .collect();
         Parted {
             zeros: values.len() - others.len(),
             others,

@@ -105,9 +105,9 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
             ("grain_xx", Some(grain.xx), "Pa"),
             ("grain_xz", Some(grain.xz), "Pa"),
             ("control_volume_zz", Some(at.control_volume_zz), "J"),
-            ("local_zz", local.map(|of| of.zz), "Pa"),
-            ("local_xx", local.map(|of| of.xx), "Pa"),
-            ("local_xz", local.map(|of| of.xz), "Pa"),
+            ("local_zz", local.map(|stress| stress.zz), "Pa"),
+            ("local_xx", local.map(|stress| stress.xx), "Pa"),
+            ("local_xz", local.map(|stress| stress.xz), "Pa"),
         ] {
             add(&format!("stress.{}.{key}", at.name), value, unit);
         }

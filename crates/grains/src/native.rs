@@ -110,7 +110,7 @@ fn each_moment(
     look: &mut dyn FnMut(&Dynamics, u64) -> bool,
 ) -> Result<(), NativeError> {
     let mut dynamics = start(case, options).map_err(failed(0))?;
-    let mut noise = options.noise.map(|of| of.begin());
+    let mut noise = options.noise.map(|noise| noise.begin());
     let mut shake = |dynamics: &mut Dynamics| {
         if let Some(noise) = &mut noise {
             noise.shake(&mut dynamics.state, &dynamics.constants);
@@ -153,14 +153,14 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
             .contacts
             .iter()
             .map(|contact| {
-                let of = parameters(contact.id1, contact.id2);
+                let parameters = parameters(contact.id1, contact.id2);
                 EffectiveContact {
                     id1: contact.id1,
                     id2: contact.id2,
-                    k_n: of.k_n,
-                    k_s: has_friction.then_some(of.k_s),
+                    k_n: parameters.k_n,
+                    k_s: has_friction.then_some(parameters.k_s),
                     tan_phi: tan_phi[constants.ids.body(contact.id1) as usize],
-                    c_n: of.c_n,
+                    c_n: parameters.c_n,
                 }
             })
             .collect(),

@@ -333,8 +333,8 @@ impl Scene {
 
     /// Whether loading has constants of its own.
     pub fn has_stages(&self) -> bool {
-        let of = &self.loading;
-        of.material.is_some() || of.contact.is_some() || of.damping.is_some()
+        let loading = &self.loading;
+        loading.material.is_some() || loading.contact.is_some() || loading.damping.is_some()
     }
 
     /// The stages with constants of their own.

@@ -254,13 +254,13 @@ pub struct Remembered {
 
 impl From<&Contact> for Remembered {
     /// As a contact's own numbers tell it.
-    fn from(of: &Contact) -> Self {
-        let [nx, nz] = of.normal;
-        let along = of.tangential_force;
+    fn from(contact: &Contact) -> Self {
+        let [nx, nz] = contact.normal;
+        let along = contact.tangential_force;
         Remembered {
-            id1: of.id1,
-            id2: of.id2,
-            normal: of.normal,
+            id1: contact.id1,
+            id2: contact.id2,
+            normal: contact.normal,
             shear: [-along * nz, along * nx],
         }
     }

@@ -55,12 +55,12 @@ pub struct Cause {
     pub walls: Vec<Wall>,
 }
 
-fn in_words<S: serde::Serializer>(of: &[Form], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(of.iter().map(|form| forms::in_words(*form)))
+fn in_words<S: serde::Serializer>(forms: &[Form], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(forms.iter().map(|form| forms::in_words(*form)))
 }
 
-fn symbols<S: serde::Serializer>(of: &[Constant], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(of.iter().map(|of| of.symbol()))
+fn symbols<S: serde::Serializer>(constants: &[Constant], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(constants.iter().map(|constant| constant.symbol()))
 }
 
 impl Cause {
@@ -68,22 +68,26 @@ impl Cause {
     pub fn sentence(&self) -> String {
         let mut with: Vec<String> = Vec::new();
         let mut look_at: Vec<&str> = Vec::new();
-        let is_of_springs = |of: &&Fitted| of.constant.symbol().starts_with("k_n ");
+        let is_of_springs = |fitted: &&Fitted| fitted.constant.symbol().starts_with("k_n ");
         let of_springs: Vec<&Fitted> = self.constants.iter().filter(is_of_springs).collect();
         let one_factor = of_springs.len() > 1
             && of_springs[0].constant.symbol() == "k_n between grains"
-            && of_springs.iter().all(|of| {
-                let apart = (of.larger - of_springs[0].larger).abs();
-                apart <= 6.0 * (of.error + of_springs[0].error) + 1.0e-12
+            && of_springs.iter().all(|fitted| {
+                let apart = (fitted.larger - of_springs[0].larger).abs();
+                apart <= 6.0 * (fitted.error + of_springs[0].error) + 1.0e-12
             });
-        for of in &self.constants {
-            let joint = one_factor && is_of_springs(&of);
-            if joint && of.constant != of_springs[0].constant {
+        for fitted in &self.constants {
+            let joint = one_factor && is_of_springs(&fitted);
+            if joint && fitted.constant != of_springs[0].constant {
                 continue;
             }
-            let symbol = if joint { "k_n" } else { of.constant.symbol() };
-            let (larger, error) = (of.larger, of.error);
-            with.push(match of.constant.counted() {
+            let symbol = if joint {
+                "k_n"
+            } else {
+                fitted.constant.symbol()
+            };
+            let (larger, error) = (fitted.larger, fitted.error);
+            with.push(match fitted.constant.counted() {
                 Counted::Gravity => format!("{symbol} = {larger:.3e}·|g| ± {error:.0e}"),
                 Counted::Radius => format!("{symbol} off by {larger:.3e} R ± {error:.0e}"),
                 Counted::Factor => {
@@ -91,7 +95,7 @@ impl Cause {
                     format!("{symbol} × {:.12} ± {error:.0e}", 1.0 + larger)
                 }
             });
-            let place = of.constant.place();
+            let place = fitted.constant.place();
             if !look_at.contains(&place) {
                 look_at.push(place);
             }
@@ -112,7 +116,7 @@ impl Cause {
         for form in &self.also {
             said = format!("{said}. Or: {}", forms::in_words(*form));
         }
-        let tied: Vec<&str> = self.tied.iter().map(|of| of.symbol()).collect();
+        let tied: Vec<&str> = self.tied.iter().map(|constant| constant.symbol()).collect();
         if !tied.is_empty() {
             let tied = tied.join(", ");
             let why = "from the other constants: taken as given";
@@ -135,8 +139,13 @@ impl Cause {
                 "in {state} {count} grains are farther off than rounding takes them ({of_grains}{more}): {at}"
             ),
         };
-        let hint =
-            |of: &Fitted| format!("{} larger by about {:.0e}", of.constant.symbol(), of.larger);
+        let hint = |fitted: &Fitted| {
+            format!(
+                "{} larger by about {:.0e}",
+                fitted.constant.symbol(),
+                fitted.larger
+            )
+        };
         let mut hints: Vec<String> = self.constants.iter().map(hint).collect();
         hints.extend((!forms.is_empty()).then(|| forms.to_owned()));
         match hints.is_empty() {
@@ -151,8 +160,8 @@ impl Cause {
     }
 }
 
-fn of_motion(of: &Option<Farthest>) -> f64 {
-    of.as_ref().map_or(0.0, |of| of.of_motion)
+fn of_motion(farthest: &Option<Farthest>) -> f64 {
+    farthest.as_ref().map_or(0.0, |far| far.of_motion)
 }
 
 /// Law by law: the constants and forms of one are taken for known under the next. What the engine declares is tried before
@@ -167,15 +176,20 @@ pub(crate) fn causes(
     let mut known = Variant::default();
     let mut fitted: Vec<Constant> = Vec::new();
     let mut judged: Vec<Form> = Vec::new();
-    let mut laws: Vec<&str> = all.iter().map(|of| of.asked.law.as_str()).collect();
+    let mut laws: Vec<&str> = all
+        .iter()
+        .map(|answered| answered.asked.law.as_str())
+        .collect();
     laws.dedup();
     for law in laws {
         let ruled_out = judged.clone();
-        let of_law = all.iter().filter(|of| of.asked.law == law);
+        let of_law = all.iter().filter(|answered| answered.asked.law == law);
         let of_law: Vec<&Answered> = of_law.collect();
         progress(&format!("what is wrong: {law}"));
-        let farthest = of_law.iter().filter_map(|of| of.farthest.as_ref());
-        let left_after = farthest.filter_map(|of| of.left_after);
+        let farthest = of_law
+            .iter()
+            .filter_map(|answered| answered.farthest.as_ref());
+        let left_after = farthest.filter_map(|far| far.left_after);
         let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
         let cases = of_law.iter().map(|answered| &answered.asked.case);
         judged.extend(cases.flat_map(forms::candidates));
@@ -193,7 +207,7 @@ pub(crate) fn causes(
             let mut variant = known.clone();
             variant
                 .forms
-                .extend(forms.iter().filter(|of| !known.has(**of)));
+                .extend(forms.iter().filter(|form| !known.has(**form)));
             let explains = variant != known && tried.is_explained(&variant);
             explains.then(|| tried.cause(Fit::known(variant), true, Vec::new()))
         });
@@ -210,7 +224,8 @@ pub(crate) fn causes(
 }
 
 fn same_kinds(a: &[Form], b: &[Form]) -> bool {
-    let kinds = |of: &[Form]| -> HashSet<_> { of.iter().map(std::mem::discriminant).collect() };
+    let kinds =
+        |forms: &[Form]| -> HashSet<_> { forms.iter().map(std::mem::discriminant).collect() };
     kinds(a) == kinds(b)
 }
 
@@ -227,25 +242,25 @@ impl Tried<'_> {
     /// The first steps with this variant, and the answer cut to them.
     fn first_steps<'a>(
         &self,
-        of: &'a Answered<'_>,
+        answered: &'a Answered<'_>,
         variant: &Variant,
     ) -> (Vec<Snapshot>, &'a [Snapshot]) {
-        let case = until(&of.asked.case, self.until);
-        let count = case.moments.len().min(of.theirs.len());
-        (variant::run(&case, variant), &of.theirs[..count])
+        let case = until(&answered.asked.case, self.until);
+        let count = case.moments.len().min(answered.theirs.len());
+        (variant::run(&case, variant), &answered.theirs[..count])
     }
 
     fn farthest(&self, variant: &Variant) -> Vec<Option<Farthest>> {
         in_parallel(self.of_law.len(), |at| {
-            let of = self.of_law[at];
-            let (own, theirs) = self.first_steps(of, variant);
-            of.native.envelope.farthest_from(&own, theirs)
+            let answered = self.of_law[at];
+            let (own, theirs) = self.first_steps(answered, variant);
+            answered.native.envelope.farthest_from(&own, theirs)
         })
     }
 
     fn is_explained(&self, variant: &Variant) -> bool {
         let mut farthest = self.farthest(variant).into_iter();
-        farthest.all(|of| of.is_some_and(|of| of.moves_right()))
+        farthest.all(|farthest| farthest.is_some_and(|far| far.moves_right()))
     }
 
     /// The constants that play a part under this law and did not under those before.
@@ -261,8 +276,11 @@ impl Tried<'_> {
     /// `more` forms may be taken besides the best one, if all together explain the law.
     fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
         // States in which nothing differs have nothing to say.
-        let differing = self.of_law.iter().filter(|of| !of.moves_right());
-        let observed = differing.map(|of| (&of.asked.case, &of.theirs[..]));
+        let differing = self
+            .of_law
+            .iter()
+            .filter(|answered| !answered.moves_right());
+        let observed = differing.map(|answered| (&answered.asked.case, &answered.theirs[..]));
         let observed: Vec<Observed<'_>> = observed.collect();
         let with = |form: Form| {
             let mut variant = known.clone();
@@ -274,7 +292,7 @@ impl Tried<'_> {
         let candidates = observed.iter().map(|(case, _)| forms::candidates(case));
         for form in candidates.flatten() {
             let taken = [self.ruled_out, &known.forms, &forms];
-            if !taken.iter().any(|of| of.contains(&form)) {
+            if !taken.iter().any(|list| list.contains(&form)) {
                 forms.push(form);
             }
         }
@@ -306,7 +324,7 @@ impl Tried<'_> {
                 explaining.push((fit, forms[at]));
             } else {
                 let misfit = search.misfit(&fit.variant);
-                if best.as_ref().is_none_or(|(_, of, _)| misfit < *of) {
+                if best.as_ref().is_none_or(|(_, least, _)| misfit < *least) {
                     best = Some((fit, misfit, forms[at]));
                 }
             }
@@ -321,7 +339,7 @@ impl Tried<'_> {
         match best {
             Some((fit, misfit, form)) if misfit < 0.5 * alone => {
                 let with_more = (more > 0).then(|| self.search(&with(form), fitted, more - 1));
-                let explained = with_more.filter(|of| of.explained);
+                let explained = with_more.filter(|cause| cause.explained);
                 explained.unwrap_or_else(|| self.cause(fit, false, Vec::new()))
             }
             _ => self.cause(constants_alone, false, Vec::new()),
@@ -332,16 +350,16 @@ impl Tried<'_> {
         let farthest = self.farthest(&fit.variant);
         let worst = (0..farthest.len())
             .max_by(|a, b| of_motion(&farthest[*a]).total_cmp(&of_motion(&farthest[*b])));
-        let of = self.of_law[worst.unwrap_or(0)];
+        let answered = self.of_law[worst.unwrap_or(0)];
         let (mut left, mut left_at) = (Vec::new(), String::new());
         if !explained {
-            let (own, theirs) = self.first_steps(of, &fit.variant);
-            let (outside, step) = of.native.envelope.outside(&own, theirs);
-            left_at = what_they_touch(&of.asked.case, &outside, &own, step);
+            let (own, theirs) = self.first_steps(answered, &fit.variant);
+            let (outside, step) = answered.native.envelope.outside(&own, theirs);
+            left_at = what_they_touch(&answered.asked.case, &outside, &own, step);
             left = around_one(outside, own.iter().chain(theirs));
         }
         Cause {
-            law: of.asked.law.clone(),
+            law: answered.asked.law.clone(),
             constants: fit.wrong(),
             tied: fit.tied,
             forms: fit.variant.forms.clone(),
@@ -349,17 +367,21 @@ impl Tried<'_> {
             explained,
             also,
             left,
-            left_in: of.asked.start.clone(),
+            left_in: answered.asked.start.clone(),
             left_at,
-            state: of.native.envelope.own.first().cloned(),
-            walls: of.asked.case.model.walls.clone(),
+            state: answered.native.envelope.own.first().cloned(),
+            walls: answered.asked.case.model.walls.clone(),
         }
     }
 }
 
 /// How many of these grains touch other grains alone, walls or the punch, and whether contacts of theirs slide.
 fn what_they_touch(case: &Case, left: &[usize], own: &[Snapshot], step: u64) -> String {
-    let until: Vec<Snapshot> = own.iter().filter(|of| of.step <= step).cloned().collect();
+    let until: Vec<Snapshot> = own
+        .iter()
+        .filter(|snapshot| snapshot.step <= step)
+        .cloned()
+        .collect();
     let situations = situations(case, &until);
     let of_kind = |kind: usize| left.iter().filter(|id| situations[**id] == kind).count();
     let kinds = [
@@ -394,8 +416,9 @@ fn around_one<'a>(
     runs: impl Iterator<Item = &'a Snapshot> + Clone,
 ) -> Vec<usize> {
     let touch = |a: usize, b: usize| {
-        let mut contacts = runs.clone().flat_map(|of| &of.contacts);
-        contacts.any(|of| [(a, b), (b, a)].contains(&(of.id1 as usize, of.id2 as usize)))
+        let mut contacts = runs.clone().flat_map(|snapshot| &snapshot.contacts);
+        contacts
+            .any(|contact| [(a, b), (b, a)].contains(&(contact.id1 as usize, contact.id2 as usize)))
     };
     let few = left.len() <= MOST_NEIGHBOURS;
     let is_centre =

@@ -26,8 +26,8 @@ pub struct Fitted {
     pub error: f64,
 }
 
-fn symbol<S: serde::Serializer>(of: &Constant, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(of.symbol())
+fn symbol<S: serde::Serializer>(constant: &Constant, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(constant.symbol())
 }
 
 impl Fitted {
@@ -62,7 +62,7 @@ impl Fit {
 
     /// The constants that are another than the model's.
     pub fn wrong(&self) -> Vec<Fitted> {
-        let wrong = self.fitted.iter().filter(|of| of.is_wrong());
+        let wrong = self.fitted.iter().filter(|fitted| fitted.is_wrong());
         wrong.copied().collect()
     }
 }
@@ -112,7 +112,12 @@ fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f
     let mut all = Vec::new();
     for (moment, ids) in run.iter().zip(contacts) {
         let forces = moment.contacts.iter();
-        let forces = forces.map(|of| ((of.id1, of.id2), [of.normal_force, of.tangential_force]));
+        let forces = forces.map(|contact| {
+            (
+                (contact.id1, contact.id2),
+                [contact.normal_force, contact.tangential_force],
+            )
+        });
         let forces: BTreeMap<(u32, u32), [f64; 2]> = forces.collect();
         for ids in ids {
             let force = forces.get(ids).copied().unwrap_or([f64::NAN; 2]);
@@ -121,13 +126,13 @@ fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f
         if moment.step == 0 {
             continue;
         }
-        let of = &moment.bodies;
+        let bodies = &moment.bodies;
         let time = dt * moment.step as f64;
-        for id in 0..of.len() {
-            let way = [of.x[id] - start.x[id], of.z[id] - start.z[id]];
-            all.extend([of.vx[id], of.vz[id], way[0] / time, way[1] / time]);
-            if of.rotate() {
-                all.push(of.spin[id] * of.radius[id]);
+        for id in 0..bodies.len() {
+            let way = [bodies.x[id] - start.x[id], bodies.z[id] - start.z[id]];
+            all.extend([bodies.vx[id], bodies.vz[id], way[0] / time, way[1] / time]);
+            if bodies.rotate() {
+                all.push(bodies.spin[id] * bodies.radius[id]);
             }
         }
     }
@@ -146,7 +151,13 @@ impl Data {
         for (index, (case, theirs)) in observed.iter().enumerate() {
             let case = until(case, last);
             let own = variant::run(&case, &Variant::default());
-            let ids = |of: &Snapshot| of.contacts.iter().map(|of| (of.id1, of.id2)).collect();
+            let ids = |snapshot: &Snapshot| {
+                snapshot
+                    .contacts
+                    .iter()
+                    .map(|contact| (contact.id1, contact.id2))
+                    .collect()
+            };
             let contacts: Vec<Vec<(u32, u32)>> = own.iter().map(ids).collect();
             let theirs = &theirs[..own.len().min(theirs.len())];
             data.theirs.extend(numbers(&case, theirs, &contacts));
@@ -176,10 +187,18 @@ impl Data {
     fn misfit(&self, observed: &[Observed<'_>], variant: &Variant) -> f64 {
         let own = self.of(observed, variant);
         let numbers = self.theirs.iter().zip(&own);
-        let of = numbers.map(|(their, own)| ((their - own) / self.noise).abs());
+        let residuals = numbers.map(|(their, own)| ((their - own) / self.noise).abs());
         // A contact that one of the two does not have counts as much as the worst number.
-        let of = of.map(|of| if of.is_finite() { of } else { 1.0e12 });
-        of.map(|of| (1.0 + of * of).ln()).sum()
+        let residuals = residuals.map(|residual| {
+            if residual.is_finite() {
+                residual
+            } else {
+                1.0e12
+            }
+        });
+        residuals
+            .map(|residual| (1.0 + residual * residual).ln())
+            .sum()
     }
 
     fn of(&self, observed: &[Observed<'_>], variant: &Variant) -> Vec<f64> {
@@ -204,11 +223,11 @@ pub(crate) fn kind_of_pair(case: &Case, first: u32) -> usize {
 /// Whether each grain flies, touches grains only, a wall, or the punch.
 pub(crate) fn situations(case: &Case, own: &[Snapshot]) -> Vec<usize> {
     let mut all = vec![FLYING; case.bodies.len()];
-    for contact in own.iter().flat_map(|of| &of.contacts) {
+    for contact in own.iter().flat_map(|snapshot| &snapshot.contacts) {
         let kind = 1 + kind_of_pair(case, contact.id1);
         for id in [contact.id1, contact.id2] {
-            if let Some(of) = all.get_mut(id as usize) {
-                *of = kind.max(*of);
+            if let Some(situation) = all.get_mut(id as usize) {
+                *situation = kind.max(*situation);
             }
         }
     }
@@ -227,14 +246,14 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// All of one contact law; what a fit is worth is judged by the steps to `until`.
     pub fn new(observed: &'a [Observed<'a>], resolution: Resolution, until: u64) -> Self {
-        let of = observed.first().map(|(case, _)| {
+        let noise = observed.first().map(|(case, _)| {
             let model = &case.model;
             let (radius, mass) = (case.bodies.radius[0], case.bodies.mass[0]);
             let kick = model.dt * model.law.normal_stiffness(radius, radius) / mass;
             // A place that is not told gives a force, and a displacement per step.
             resolution.overlap * kick + resolution.position / model.dt
         });
-        let noise = of.unwrap_or(f64::MIN_POSITIVE);
+        let noise = noise.unwrap_or(f64::MIN_POSITIVE);
         Search {
             observed,
             early: Data::new(observed, noise, FITTED_UNTIL),
@@ -275,7 +294,7 @@ impl<'a> Search<'a> {
 
     /// A fit made again with those constants alone that are wrong: the others' errors would be errors of the whole.
     pub fn pruned(&self, known: &Variant, full: &Fit) -> Fit {
-        let wrong: Vec<Constant> = full.wrong().iter().map(|of| of.constant).collect();
+        let wrong: Vec<Constant> = full.wrong().iter().map(|fitted| fitted.constant).collect();
         Fit {
             tied: full.tied.clone(),
             ..self.fit(known, &wrong)
@@ -316,10 +335,10 @@ impl<'a> Search<'a> {
         let Some((found, errors)) = weighted(&fit.responses, &differences, &self.early) else {
             return false;
         };
-        for (of, (larger, error)) in fit.fitted.iter_mut().zip(found.iter().zip(&errors)) {
-            fit.variant = fit.variant.and(of.constant, *larger);
-            of.larger = fit.variant.larger[&of.constant];
-            of.error = *error;
+        for (fitted, (larger, error)) in fit.fitted.iter_mut().zip(found.iter().zip(&errors)) {
+            fit.variant = fit.variant.and(fitted.constant, *larger);
+            fitted.larger = fit.variant.larger[&fitted.constant];
+            fitted.error = *error;
         }
         let mut steps = found.iter().zip(&errors);
         steps.any(|(by, error)| by.abs() > 1.0e-3 * error)
@@ -335,13 +354,13 @@ impl<'a> Search<'a> {
         let mut distances = Vec::new();
         for (case, _) in self.observed {
             let start = until(case, 0);
-            let of = &start.bodies;
-            let grains = of.len() as u32;
+            let bodies = &start.bodies;
+            let grains = bodies.len() as u32;
             let run = variant::run(&start, known);
-            for contact in run.iter().flat_map(|of| &of.contacts) {
+            for contact in run.iter().flat_map(|snapshot| &snapshot.contacts) {
                 if contact.id1 < grains {
                     let (a, b) = (contact.id1 as usize, contact.id2 as usize);
-                    distances.push((of.x[a] - of.x[b]).hypot(of.z[a] - of.z[b]));
+                    distances.push((bodies.x[a] - bodies.x[b]).hypot(bodies.z[a] - bodies.z[b]));
                 }
             }
         }
@@ -361,8 +380,8 @@ impl<'a> Search<'a> {
             while high - low > 1 {
                 let step = ((high - low) / PLACES).max(1);
                 let places: Vec<usize> = (low..=high).step_by(step).collect();
-                let of = |at: usize| misfit(&self.early, between(places[at]));
-                let best = least(places.len(), of).map_or(low, |at| places[at]);
+                let misfit_at = |at: usize| misfit(&self.early, between(places[at]));
+                let best = least(places.len(), misfit_at).map_or(low, |at| places[at]);
                 (low, high) = (best.saturating_sub(step).max(low), (best + step).min(high));
                 if step == 1 {
                     low = best;
@@ -373,9 +392,11 @@ impl<'a> Search<'a> {
             let (mut from, mut to) = (distances[low], distances[low + 1]);
             for _ in 0..ZOOMS {
                 let part = (to - from) / PLACES as f64;
-                let lengths: Vec<f64> = (1..PLACES).map(|of| from + part * of as f64).collect();
-                let of = |at: usize| misfit(&self.late, lengths[at]);
-                let best = least(lengths.len(), of).map_or(from, |at| lengths[at]);
+                let lengths: Vec<f64> = (1..PLACES)
+                    .map(|index| from + part * index as f64)
+                    .collect();
+                let misfit_at = |at: usize| misfit(&self.late, lengths[at]);
+                let best = least(lengths.len(), misfit_at).map_or(from, |at| lengths[at]);
                 (from, to) = (best - part, best + part);
             }
             form(0.5 * (from + to))
@@ -390,8 +411,8 @@ const PLACES: usize = 8;
 const ZOOMS: usize = 4;
 
 /// The first of so many at which this is least.
-fn least(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Option<usize> {
-    let all = in_parallel(count, of);
+fn least(count: usize, value: impl Fn(usize) -> f64 + Sync) -> Option<usize> {
+    let all = in_parallel(count, value);
     (0..count).min_by(|a, b| all[*a].total_cmp(&all[*b]))
 }
 
@@ -400,32 +421,36 @@ fn least(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Option<usize> {
 fn untold(responses: &DMatrix<f64>, free: &[Fitted]) -> Vec<usize> {
     let mut kept: BTreeSet<usize> = (0..free.len()).collect();
     let sound: Vec<usize> = (0..responses.nrows())
-        .filter(|row| responses.row(*row).iter().all(|of| of.is_finite()))
+        .filter(|row| responses.row(*row).iter().all(|value| value.is_finite()))
         .collect();
     let column = |at| DVector::from_fn(sound.len(), |row, _| responses[(sound[row], at)]);
     let columns: Vec<DVector<f64>> = (0..free.len()).map(column).collect();
-    let strongest = columns.iter().map(|of| of.norm()).fold(0.0, f64::max);
+    let strongest = columns
+        .iter()
+        .map(|column| column.norm())
+        .fold(0.0, f64::max);
     kept.retain(|at| columns[*at].norm() > TOLD * strongest);
     loop {
-        let of: Vec<usize> = kept.iter().copied().collect();
-        if of.is_empty() {
+        let indices: Vec<usize> = kept.iter().copied().collect();
+        if indices.is_empty() {
             break;
         }
-        let correlation = DMatrix::from_fn(of.len(), of.len(), |a, b| {
-            columns[of[a]].dot(&columns[of[b]]) / (columns[of[a]].norm() * columns[of[b]].norm())
+        let correlation = DMatrix::from_fn(indices.len(), indices.len(), |a, b| {
+            columns[indices[a]].dot(&columns[indices[b]])
+                / (columns[indices[a]].norm() * columns[indices[b]].norm())
         });
         let eigen = correlation.symmetric_eigen();
         let values = eigen.eigenvalues.iter().enumerate();
         let least = values.min_by(|a, b| a.1.total_cmp(b.1));
-        let Some((which, _)) = least.filter(|(_, of)| **of < TOLD) else {
+        let Some((which, _)) = least.filter(|(_, value)| **value < TOLD) else {
             break;
         };
         let direction = eigen.eigenvectors.column(which);
         // Only a constant that takes part in the direction makes the others known.
         let in_it = |at: usize| direction[at].abs() > 0.1;
-        let given_up = (0..of.len()).filter(|at| in_it(*at));
-        match given_up.min_by_key(|at| free[of[*at]].constant.kept()) {
-            Some(at) => kept.remove(&of[at]),
+        let given_up = (0..indices.len()).filter(|at| in_it(*at));
+        match given_up.min_by_key(|at| free[indices[*at]].constant.kept()) {
+            Some(at) => kept.remove(&indices[at]),
             None => break,
         };
     }
@@ -441,9 +466,9 @@ fn weighted(
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let columns = responses.ncols();
     let scale = (0..columns).map(|column| {
-        let of = responses.column(column);
-        let finite = of.iter().filter(|of| of.is_finite());
-        let sum: f64 = finite.map(|of| of * of).sum();
+        let response = responses.column(column);
+        let finite = response.iter().filter(|value| value.is_finite());
+        let sum: f64 = finite.map(|value| value * value).sum();
         sum.sqrt().max(f64::MIN_POSITIVE)
     });
     let scale: Vec<f64> = scale.collect();
@@ -451,18 +476,22 @@ fn weighted(
     let mut rows: Vec<usize> = Vec::new();
     let mut scaled: Vec<f64> = Vec::new();
     for (row, difference) in differences.iter().enumerate() {
-        let of = (0..columns).map(|at| responses[(row, at)] / scale[at]);
-        if difference.is_finite() && of.clone().all(f64::is_finite) {
+        let values = (0..columns).map(|at| responses[(row, at)] / scale[at]);
+        if difference.is_finite() && values.clone().all(f64::is_finite) {
             rows.push(row);
-            scaled.extend(of);
+            scaled.extend(values);
         }
     }
     let mut found = DVector::<f64>::zeros(columns);
     let mut errors = Vec::new();
     for _ in 0..REWEIGHTED {
         let left = rows.iter().zip(scaled.chunks_exact(columns));
-        let left = left.map(|(row, of)| {
-            let by: f64 = of.iter().zip(&found).map(|(of, found)| of * found).sum();
+        let left = left.map(|(row, values)| {
+            let by: f64 = values
+                .iter()
+                .zip(&found)
+                .map(|(value, found)| value * found)
+                .sum();
             differences[*row] - by
         });
         let left: Vec<f64> = left.collect();
@@ -470,21 +499,21 @@ fn weighted(
         for (row, left) in rows.iter().zip(&left) {
             by_kind[data.kinds[*row]].push(left.abs());
         }
-        let of_kind = |of: &Vec<f64>| median(of).unwrap_or(0.0).max(data.noise);
+        let of_kind = |residuals: &Vec<f64>| median(residuals).unwrap_or(0.0).max(data.noise);
         let scales: Vec<f64> = by_kind.iter().map(of_kind).collect();
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
         let mut spread = DMatrix::<f64>::zeros(columns, columns);
-        for ((row, left), of) in rows.iter().zip(&left).zip(scaled.chunks_exact(columns)) {
+        for ((row, left), values) in rows.iter().zip(&left).zip(scaled.chunks_exact(columns)) {
             let s = scales[data.kinds[*row]];
             let weight = 1.0 / (1.0 + (left / s) * (left / s)) / (s * s);
             for a in 0..columns {
-                if of[a] == 0.0 {
+                if values[a] == 0.0 {
                     continue;
                 }
-                right[a] += weight * of[a] * left;
+                right[a] += weight * values[a] * left;
                 for b in 0..=a {
-                    let product = weight * of[a] * of[b];
+                    let product = weight * values[a] * values[b];
                     normal[(a, b)] += product;
                     spread[(a, b)] += product * weight * left * left;
                 }

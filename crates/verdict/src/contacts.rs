@@ -13,9 +13,9 @@ use crate::constants::{kind_of_pair, until};
 pub(crate) const NUMBERS: usize = 5;
 
 /// Whether a contact is one of the punch with a grain that is neither below it nor beside it.
-pub(crate) fn at_a_corner(ids: BodyIds, of: &Contact) -> bool {
-    let is_oblique = of.normal.iter().all(|part| part.abs() > OBLIQUE);
-    ids.body(of.id1) == Body::Punch && is_oblique
+pub(crate) fn at_a_corner(ids: BodyIds, contact: &Contact) -> bool {
+    let is_oblique = contact.normal.iter().all(|part| part.abs() > OBLIQUE);
+    ids.body(contact.id1) == Body::Punch && is_oblique
 }
 
 /// A normal is not that of a face if both of its components are larger.
@@ -30,18 +30,18 @@ struct Paired<'a> {
 
 /// Both tables are sorted by ids.
 fn paired<'a>(theirs: &'a [Contact], own: &'a [Contact]) -> Vec<Paired<'a>> {
-    let ids = |of: &Contact| (of.id1, of.id2);
+    let ids = |contact: &Contact| (contact.id1, contact.id2);
     let (mut theirs, mut own) = (theirs.iter().peekable(), own.iter().peekable());
     let mut all = Vec::new();
     loop {
-        let next = [theirs.peek(), own.peek()].map(|of| of.map(|of| ids(of)));
+        let next = [theirs.peek(), own.peek()].map(|head| head.map(|contact| ids(contact)));
         let Some(first) = next.into_iter().flatten().min() else {
             return all;
         };
         all.push(Paired {
             ids: first,
-            their: theirs.next_if(|of| ids(of) == first),
-            own: own.next_if(|of| ids(of) == first),
+            their: theirs.next_if(|contact| ids(contact) == first),
+            own: own.next_if(|contact| ids(contact) == first),
         });
     }
 }
@@ -56,18 +56,18 @@ pub(crate) fn apart(
     dt: f64,
 ) -> (Vec<(u32, u32)>, [Vec<f64>; NUMBERS]) {
     let bodies = &own.bodies;
-    let gap = |of: &Contact| {
+    let gap = |contact: &Contact| {
         let at = |id: u32| Some([*bodies.x.get(id as usize)?, *bodies.z.get(id as usize)?]);
         let radius = |id: u32| bodies.radius.get(id as usize).copied();
-        let centre = at(of.id2)?;
-        let far = match at(of.id1) {
-            Some(one) => (centre[0] - one[0]).hypot(centre[1] - one[1]) - radius(of.id1)?,
+        let centre = at(contact.id2)?;
+        let far = match at(contact.id1) {
+            Some(one) => (centre[0] - one[0]).hypot(centre[1] - one[1]) - radius(contact.id1)?,
             None => {
-                let wall = walls.get((of.id1 as usize).checked_sub(bodies.len())?)?;
+                let wall = walls.get((contact.id1 as usize).checked_sub(bodies.len())?)?;
                 (centre[wall.axis as usize] - wall.place).abs()
             }
         };
-        Some((far - radius(of.id2)?).max(0.0))
+        Some((far - radius(contact.id2)?).max(0.0))
     };
     let mut ids = Vec::new();
     let mut numbers: [Vec<f64>; NUMBERS] = Default::default();
@@ -80,7 +80,7 @@ pub(crate) fn apart(
         let grain = pair.1 as usize;
         let (radius, mass) = (bodies.radius[grain], bodies.mass[grain]);
         let push = dt * dt / (mass * radius);
-        let of = match (their, own) {
+        let differences = match (their, own) {
             (Some(a), Some(b)) => [
                 (a.overlap - b.overlap).abs() / radius,
                 (a.normal_force - b.normal_force).abs() * push,
@@ -103,8 +103,8 @@ pub(crate) fn apart(
         ids.push(pair);
         numbers
             .iter_mut()
-            .zip(of)
-            .for_each(|(all, of)| all.push(of));
+            .zip(differences)
+            .for_each(|(all, difference)| all.push(difference));
     }
     (ids, numbers)
 }
@@ -118,11 +118,11 @@ pub fn contradiction(
 ) -> Result<Option<String>, NativeError> {
     let start = until(state, 0);
     let own = run_case(&start, None)?;
-    let own = own.first().map_or(&[][..], |of| &of.contacts);
+    let own = own.first().map_or(&[][..], |snapshot| &snapshot.contacts);
     let law = &state.model.law;
     let radius = state.bodies.radius.iter().copied().fold(f64::MAX, f64::min);
     let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let is_off = |of: &Paired<'_>| match (of.their, of.own) {
+    let is_off = |pair: &Paired<'_>| match (pair.their, pair.own) {
         (Some(a), Some(b)) => {
             let by_length = 2.0 * b.normal_force / b.overlap * length;
             // A spring that is turned to the first order leaves the tangent a little.
@@ -138,27 +138,27 @@ pub fn contradiction(
     };
     if paired(theirs, own).iter().any(is_off) {
         // What friction remembers is not made anew.
-        let of_grains = theirs.iter().map(|of| Contact {
+        let of_grains = theirs.iter().map(|contact| Contact {
             tangential_force: 0.0,
-            ..*of
+            ..*contact
         });
         return Ok(Some(in_words(&of_grains.collect::<Vec<_>>(), own)));
     }
-    let limit = |of: &Contact| {
-        let angle = law.friction_angles()[kind_of_pair(state, of.id1)];
-        angle.tan() * of.normal_force.abs()
+    let limit = |contact: &Contact| {
+        let angle = law.friction_angles()[kind_of_pair(state, contact.id1)];
+        angle.tan() * contact.normal_force.abs()
     };
-    let beyond = |of: &&Contact| {
-        let rounding = 2.0 * (of.normal_force / of.overlap).abs() * length;
-        of.tangential_force.abs() > (1.0 + SAME) * limit(of) + rounding
+    let beyond = |contact: &&Contact| {
+        let rounding = 2.0 * (contact.normal_force / contact.overlap).abs() * length;
+        contact.tangential_force.abs() > (1.0 + SAME) * limit(contact) + rounding
     };
-    Ok(theirs.iter().find(beyond).map(|of| {
+    Ok(theirs.iter().find(beyond).map(|contact| {
         format!(
             "ft of {}–{} is {:e} N, and its limit is {:e} N",
-            of.id1,
-            of.id2,
-            of.tangential_force,
-            limit(of)
+            contact.id1,
+            contact.id2,
+            contact.tangential_force,
+            limit(contact)
         )
     }))
 }
@@ -177,12 +177,12 @@ const NAMED: usize = 3;
 pub(crate) fn in_words(theirs: &[Contact], own: &[Contact]) -> String {
     let all = paired(theirs, own);
     let mut said = Vec::new();
-    let mut name = |what: &str, of: Vec<(u32, u32)>| {
-        let some = of.iter().take(NAMED).map(|(a, b)| format!("{a}–{b}"));
+    let mut name = |what: &str, pairs: Vec<(u32, u32)>| {
+        let some = pairs.iter().take(NAMED).map(|(a, b)| format!("{a}–{b}"));
         let some: Vec<String> = some.collect();
-        let more = if of.len() > NAMED { ", …" } else { "" };
-        if !of.is_empty() {
-            let (count, of_all) = (of.len(), own.len());
+        let more = if pairs.len() > NAMED { ", …" } else { "" };
+        if !pairs.is_empty() {
+            let (count, of_all) = (pairs.len(), own.len());
             said.push(format!(
                 "{count} {what}, where {of_all} touch ({}{more})",
                 some.join(", ")
@@ -190,28 +190,30 @@ pub(crate) fn in_words(theirs: &[Contact], own: &[Contact]) -> String {
         }
     };
     let without = |one: fn(&Paired<'_>) -> bool| {
-        let of = all.iter().filter(|of| one(of));
-        of.map(|of| of.ids).collect::<Vec<_>>()
+        let pairs = all.iter().filter(|pair| one(pair));
+        pairs.map(|pair| pair.ids).collect::<Vec<_>>()
     };
-    name("contacts are missing", without(|of| of.their.is_none()));
-    name("contacts are invented", without(|of| of.own.is_none()));
-    let both = || all.iter().filter_map(|of| Some((of.their?, of.own?)));
+    name("contacts are missing", without(|pair| pair.their.is_none()));
+    name("contacts are invented", without(|pair| pair.own.is_none()));
+    let both = || all.iter().filter_map(|pair| Some((pair.their?, pair.own?)));
     type Number = fn(&Contact) -> f64;
     let columns: [(&str, Number); 7] = [
-        ("overlap", |of| of.overlap),
-        ("fn", |of| of.normal_force),
-        ("ft", |of| of.tangential_force),
-        ("nx", |of| of.normal[0]),
-        ("nz", |of| of.normal[1]),
-        ("x", |of| of.point[0]),
-        ("z", |of| of.point[1]),
+        ("overlap", |contact| contact.overlap),
+        ("fn", |contact| contact.normal_force),
+        ("ft", |contact| contact.tangential_force),
+        ("nx", |contact| contact.normal[0]),
+        ("nz", |contact| contact.normal[1]),
+        ("x", |contact| contact.point[0]),
+        ("z", |contact| contact.point[1]),
     ];
     for (column, number) in columns {
         let pairs: Vec<(f64, f64)> = both().map(|(a, b)| (number(a), number(b))).collect();
-        let largest = pairs.iter().fold(0.0, |most: f64, of| most.max(of.1.abs()));
-        let is_off = |of: &&(f64, f64)| {
-            let most = SAME * of.1.abs().max(SAME * largest);
-            (of.0 - of.1).abs() > most
+        let largest = pairs
+            .iter()
+            .fold(0.0, |most: f64, pair| most.max(pair.1.abs()));
+        let is_off = |pair: &&(f64, f64)| {
+            let most = SAME * pair.1.abs().max(SAME * largest);
+            (pair.0 - pair.1).abs() > most
         };
         let off = pairs.iter().filter(is_off).count();
         if off == 0 {
@@ -219,13 +221,13 @@ pub(crate) fn in_words(theirs: &[Contact], own: &[Contact]) -> String {
         }
         let ratios: Vec<f64> = pairs
             .iter()
-            .filter(|of| of.1 != 0.0)
-            .map(|of| of.0 / of.1)
+            .filter(|pair| pair.1 != 0.0)
+            .map(|pair| pair.0 / pair.1)
             .collect();
         let factor = median(&ratios).unwrap_or(f64::NAN);
         let one = ratios
             .iter()
-            .all(|of| (of - factor).abs() <= SAME * factor.abs().max(SAME));
+            .all(|ratio| (ratio - factor).abs() <= SAME * factor.abs().max(SAME));
         let off_in = format!("{column} is off in {off} of {} rows", pairs.len());
         said.push(match one && factor.is_finite() {
             true => format!("{off_in}, × {factor:.6}"),
@@ -244,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_wrong_table_is_told_by_what_is_wrong_with_it() {
-        let of = |id1: u32, force: f64| Contact {
+        let contact = |id1: u32, force: f64| Contact {
             id1,
             id2: 9,
             overlap: 1.0e-6,
@@ -253,8 +255,8 @@ mod tests {
             normal: [0.0, 1.0],
             point: [0.0; 2],
         };
-        let own = [of(1, 2.0), of(2, 3.0), of(4, 5.0)];
-        let theirs = [of(1, 3.0), of(2, 4.5), of(5, 1.0)];
+        let own = [contact(1, 2.0), contact(2, 3.0), contact(4, 5.0)];
+        let theirs = [contact(1, 3.0), contact(2, 4.5), contact(5, 1.0)];
         let said = in_words(&theirs, &own);
         assert!(
             said.contains("1 contacts are missing, where 3 touch (4–9)"),

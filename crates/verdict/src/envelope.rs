@@ -201,7 +201,7 @@ impl Envelope {
     /// The same of runs that were made already; of the case its model and its grains are asked for.
     pub fn of(case: Case, own: Vec<Snapshot>, replicas: &[Vec<Snapshot>], noise: Noise) -> Self {
         let dt = case.model.dt;
-        let begun = own.first().map_or(0, |of| of.step);
+        let begun = own.first().map_or(0, |snapshot| snapshot.step);
         // No number can be told from its neighbour.
         let (extent, fastest) = largest(&own);
         let (radius, mass) = (least(&case.bodies.radius), least(&case.bodies.mass));
@@ -210,23 +210,33 @@ impl Envelope {
         // An engine that computes forces in single precision writes its contacts so.
         let coarsest = noise.position.max(noise.velocity).max(noise.overlap);
         let written = if coarsest > 0.5 * FINE { SINGLE } else { 0.0 };
-        let overlaps = own.iter().flat_map(|of| &of.contacts).map(|of| of.overlap);
+        let overlaps = own
+            .iter()
+            .flat_map(|snapshot| &snapshot.contacts)
+            .map(|contact| contact.overlap);
         let written_length = length + written * overlaps.fold(0.0, f64::max);
         // The stiffest pair of a grain has k_n = 2ER, where the other one is much larger.
         let spring = 2.0 * law.modulus * law.stiffness_ratio.max(1.0) * dt * dt / mass;
-        let force = own
-            .iter()
-            .flat_map(|of| &of.contacts)
-            .fold(0.0, |most: f64, of| {
-                let grain = of.id2 as usize;
-                let push = dt * dt / (case.bodies.mass[grain] * case.bodies.radius[grain]);
-                most.max(of.normal_force.abs() * push)
-            });
-        let steps = own.last().map_or(0, |of| of.step.abs_diff(begun)).max(1) as f64;
+        let force =
+            own.iter()
+                .flat_map(|snapshot| &snapshot.contacts)
+                .fold(0.0, |most: f64, contact| {
+                    let grain = contact.id2 as usize;
+                    let push = dt * dt / (case.bodies.mass[grain] * case.bodies.radius[grain]);
+                    most.max(contact.normal_force.abs() * push)
+                });
+        let steps = own
+            .last()
+            .map_or(0, |snapshot| snapshot.step.abs_diff(begun))
+            .max(1) as f64;
         let punch = case.ids().punch();
-        let at_punch = own
-            .iter()
-            .map(|of| of.contacts.iter().filter(|of| of.id1 == punch).count());
+        let at_punch = own.iter().map(|snapshot| {
+            snapshot
+                .contacts
+                .iter()
+                .filter(|contact| contact.id1 == punch)
+                .count()
+        });
         let on_punch = 1.0 + at_punch.max().unwrap_or(0) as f64;
         let force = spring * length + noise.velocity.max(written) * force;
         let least = [
@@ -257,23 +267,25 @@ impl Envelope {
             let moved = of_moment[0][SHARES.len() - 1];
             let of_pairs = &mut of_moment[PLACES];
             let all = of_pairs.as_flattened_mut().iter_mut();
-            all.for_each(|of| *of = of.max(moved));
+            all.for_each(|value| *value = value.max(moved));
         }
         // Where distances grow by orders they scatter by as much.
         for (reach, own) in reach.iter_mut().zip(&own) {
             if own.step > begun + NARROW_UNTIL {
                 let all = reach.as_flattened_mut().iter_mut();
-                all.for_each(|of| *of *= FLIPS);
+                all.for_each(|value| *value *= FLIPS);
             }
         }
         if is_coarse(noise) {
             for of_quantity in reach.iter_mut().flatten() {
-                of_quantity[FEW..].iter_mut().for_each(|of| *of *= FLIPS);
+                of_quantity[FEW..]
+                    .iter_mut()
+                    .for_each(|value| *value *= FLIPS);
             }
             // What is written of a contact is rounded once more.
             for of_contacts in &mut reach {
                 let all = of_contacts[MOTION..].as_flattened_mut().iter_mut();
-                all.for_each(|of| *of *= FLIPS);
+                all.for_each(|value| *value *= FLIPS);
             }
         }
         Envelope { case, own, reach }
@@ -302,7 +314,7 @@ impl Envelope {
 
     /// The same from another run than the native one, such as one with the constants that were found.
     pub fn farthest_from(&self, own: &[Snapshot], theirs: &[Snapshot]) -> Option<Farthest> {
-        let steps = |of: &[Snapshot]| of.iter().map(|of| of.step).collect::<Vec<_>>();
+        let steps = |run: &[Snapshot]| run.iter().map(|snapshot| snapshot.step).collect::<Vec<_>>();
         let mut farthest: Option<Farthest> = None;
         if theirs.is_empty() || steps(own) != steps(theirs) {
             return None;
@@ -319,7 +331,7 @@ impl Envelope {
                 if ratio > FACTOR {
                     left_after = left_after.or(Some(own.step));
                 }
-                if farthest.as_ref().is_none_or(|of| ratio > of.ratio) {
+                if farthest.as_ref().is_none_or(|far| ratio > far.ratio) {
                     let worst = apart.numbers[index].iter().enumerate();
                     let worst = worst.max_by(|a, b| a.1.total_cmp(b.1));
                     let (at, far) = worst.map_or((0, 0.0), |(at, apart)| (at, *apart));
@@ -335,10 +347,10 @@ impl Envelope {
                 }
             }
         }
-        farthest.map(|of| Farthest {
+        farthest.map(|far| Farthest {
             left_after,
             of_motion,
-            ..of
+            ..far
         })
     }
 
@@ -365,8 +377,10 @@ impl Envelope {
     pub fn tables_in_words(&self, theirs: &[Snapshot]) -> Option<String> {
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(&self.own) {
             let summary = Apart::new(their, own, &self.case).summary();
-            let ratios: Vec<f64> = (0..ALL).map(|of| ratio(&summary[of], &reach[of])).collect();
-            let off = |of: &[f64]| of.iter().any(|ratio| *ratio > FACTOR);
+            let ratios: Vec<f64> = (0..ALL)
+                .map(|index| ratio(&summary[index], &reach[index]))
+                .collect();
+            let off = |ratios: &[f64]| ratios.iter().any(|ratio| *ratio > FACTOR);
             if off(&ratios[MOTION..]) && !off(&ratios[..MOTION]) {
                 let said = contacts::in_words(&their.contacts, &own.contacts);
                 return Some(format!("after {} steps {said}", own.step));
@@ -440,7 +454,7 @@ fn ratio(apart: &[f64; SHARES.len()], reach: &[f64; SHARES.len()]) -> f64 {
         0.0 => 0.0,
         _ => apart / reach,
     });
-    let ratios = ratios.map(|of| if of.is_nan() { f64::INFINITY } else { of });
+    let ratios = ratios.map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio });
     ratios.fold(0.0, f64::max)
 }
 
@@ -479,30 +493,30 @@ const ENOUGH: usize = 50;
 /// Whether all places have at most eight decimal digits: the tables are rounded, whatever the engine computes in. A number of single
 /// precision has nine.
 pub fn is_rounded(run: &[Snapshot]) -> bool {
-    let few = |of: &f64| format!("{of:.7e}").parse() == Ok(*of);
+    let few = |value: &f64| format!("{value:.7e}").parse() == Ok(*value);
     let last = run
         .last()
-        .filter(|of| of.step > 0 && of.bodies.len() >= ENOUGH);
-    last.is_some_and(|of| of.bodies.x.iter().chain(&of.bodies.z).all(few))
+        .filter(|snapshot| snapshot.step > 0 && snapshot.bodies.len() >= ENOUGH);
+    last.is_some_and(|snapshot| snapshot.bodies.x.iter().chain(&snapshot.bodies.z).all(few))
 }
 
 /// The largest coordinate, m, and the largest velocity component, m/s.
-pub(crate) fn largest(of: &[Snapshot]) -> (f64, f64) {
-    of.first().map_or((0.0, 0.0), |of| {
-        let fastest = largest_of([&of.bodies.vx, &of.bodies.vz]);
-        (extent(&of.bodies, of.punch), fastest)
+pub(crate) fn largest(run: &[Snapshot]) -> (f64, f64) {
+    run.first().map_or((0.0, 0.0), |snapshot| {
+        let fastest = largest_of([&snapshot.bodies.vx, &snapshot.bodies.vz]);
+        (extent(&snapshot.bodies, snapshot.punch), fastest)
     })
 }
 
 /// The largest coordinate, m.
-fn extent(of: &Bodies, punch: Option<Punch>) -> f64 {
-    let top = punch.map_or(0.0, |of| of.centre[1].abs() + of.half_extents[1]);
-    largest_of([&of.x, &of.z]).max(top)
+fn extent(bodies: &Bodies, punch: Option<Punch>) -> f64 {
+    let top = punch.map_or(0.0, |punch| punch.centre[1].abs() + punch.half_extents[1]);
+    largest_of([&bodies.x, &bodies.z]).max(top)
 }
 
 fn largest_of(columns: [&[f64]; 2]) -> f64 {
     let all = columns.into_iter().flatten();
-    all.fold(0.0, |largest, of| largest.max(of.abs()))
+    all.fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
 /// The smallest change, over a metre or over a velocity: about the last bit of a number in double precision.
@@ -607,11 +621,11 @@ impl Resolution {
     pub fn cases(case: &Case) -> Vec<Case> {
         let situations = at_start(case);
         let changed = |change: f64| {
-            let mut of = Case {
+            let mut copy = Case {
                 moments: vec![1],
                 ..case.clone()
             };
-            let bodies = &mut of.bodies;
+            let bodies = &mut copy.bodies;
             for (id, situation) in situations.iter().enumerate() {
                 // Each by another length, so that neighbours do not move together.
                 let length = change * (1.0 + (id as f64 * 0.618).fract());
@@ -622,7 +636,7 @@ impl Resolution {
                     bodies.vz[id] *= 1.0 + change;
                 }
             }
-            of
+            copy
         };
         let mut all = vec![changed(0.0)];
         all.extend((0..CHANGES).map(|power| changed(SMALLEST * RATIO.powi(power))));
@@ -631,19 +645,20 @@ impl Resolution {
 
     /// From the answers to [`Resolution::cases`]; none if the engine refused one of them.
     pub fn measured(case: &Case, answers: &[Answer]) -> Option<Resolution> {
-        let last = answers.iter().map(|of| of.as_deref().ok()?.last());
-        let last = last.map(|of| of.map(|of| &of.bodies));
+        let last = answers.iter().map(|answer| answer.as_deref().ok()?.last());
+        let last = last.map(|last| last.map(|snapshot| &snapshot.bodies));
         let last: Option<Vec<&Bodies>> = last.collect();
         let (base, changed) = last.as_deref()?.split_first()?;
         let situations = at_start(case);
         // The smallest change that enough of these grains notice.
         let noticed = |answers: &dyn Fn(&Bodies, usize) -> bool, among: &dyn Fn(usize) -> bool| {
-            let at_all =
-                |id: &usize| among(*id) && changed.last().is_some_and(|of| answers(of, *id));
+            let at_all = |id: &usize| {
+                among(*id) && changed.last().is_some_and(|bodies| answers(bodies, *id))
+            };
             let ids: Vec<usize> = (0..situations.len()).filter(at_all).collect();
             let mut level = SMALLEST;
-            for of in changed {
-                let share = ids.iter().filter(|id| answers(of, **id)).count() as f64;
+            for bodies in changed {
+                let share = ids.iter().filter(|id| answers(bodies, **id)).count() as f64;
                 if share >= ANSWERING * ids.len() as f64 {
                     break;
                 }
@@ -651,8 +666,11 @@ impl Resolution {
             }
             level
         };
-        let moved = |of: &Bodies, id: usize| of.x[id] != base.x[id] && of.z[id] != base.z[id];
-        let sped = |of: &Bodies, id: usize| of.vx[id] != base.vx[id] || of.vz[id] != base.vz[id];
+        let moved =
+            |bodies: &Bodies, id: usize| bodies.x[id] != base.x[id] && bodies.z[id] != base.z[id];
+        let sped = |bodies: &Bodies, id: usize| {
+            bodies.vx[id] != base.vx[id] || bodies.vz[id] != base.vz[id]
+        };
         Some(Resolution {
             // The last bit of a number is a share of it.
             position: match noticed(&moved, &|_| true) {

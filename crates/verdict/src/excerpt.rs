@@ -62,8 +62,8 @@ impl Excerpt {
     /// From a state that pours into loading: the rule that ends settling holds soon, and the punch goes a little way down. Contacts
     /// have a history by then.
     pub fn into_loading(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
-        let mut of = Excerpt::new(start, key, scene, from);
-        let (scene, task) = (&mut of.scene, &mut of.task);
+        let mut excerpt = Excerpt::new(start, key, scene, from);
+        let (scene, task) = (&mut excerpt.scene, &mut excerpt.task);
         task.until = Until::EndOfLoading;
         (task.start.step, task.start.seen) = (0, Seen::default());
         scene.settle.kinetic_energy_fraction = 1.0;
@@ -73,7 +73,7 @@ impl Excerpt {
         // Between two steps, where rounding makes no difference.
         let steps = (STEPS_OF_EXCERPT - scene.settle.check_every) as f64 - 0.5;
         scene.loading.give_up_depth = steps * scene.loading.speed * scene.time_step_seconds();
-        of
+        excerpt
     }
 
     /// From a bed at rest to the end of loading, with a force that is reached in a few hundred steps, after which the punch stands still
@@ -98,14 +98,14 @@ impl Excerpt {
         for (at, [force, _]) in forces.0.iter().enumerate() {
             let grown = force / largest;
             let target = (force * largest).sqrt();
-            let by_normals = forces.0.iter().position(|of| of[1] >= target);
+            let by_normals = forces.0.iter().position(|row| row[1] >= target);
             // Best where normal forces alone have it in another step.
-            let of = (by_normals == Some(at), grown);
+            let rank = (by_normals == Some(at), grown);
             if grown.is_finite()
                 && grown > LEAST_GROWN
-                && slowest.is_none_or(|(least, _)| of < least)
+                && slowest.is_none_or(|(least, _)| rank < least)
             {
-                slowest = Some((of, target));
+                slowest = Some((rank, target));
             }
             largest = force.max(largest);
         }
@@ -127,13 +127,13 @@ impl Excerpt {
         scene: &Scene,
         from: Start,
     ) -> Result<(Self, Vec<Snapshot>), NativeError> {
-        let mut of = Excerpt::new(start, key, scene, from);
-        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
-        of.task.until = Until::Step(STEPS_OF_EXCERPT);
-        let moments = of.native(None)?;
-        of.scene.settle.check_every = EXCERPT_EVERY;
-        of.task.until = Until::EndOfSettling;
-        Ok((of, moments))
+        let mut excerpt = Excerpt::new(start, key, scene, from);
+        (excerpt.task.start.step, excerpt.task.start.seen) = (0, Seen::default());
+        excerpt.task.until = Until::Step(STEPS_OF_EXCERPT);
+        let moments = excerpt.native(None)?;
+        excerpt.scene.settle.check_every = EXCERPT_EVERY;
+        excerpt.task.until = Until::EndOfSettling;
+        Ok((excerpt, moments))
     }
 
     /// From a state that still gains energy to the first look at which it has less than at the one before, where the rule holds: by
@@ -144,15 +144,16 @@ impl Excerpt {
         scene: &Scene,
         from: Start,
     ) -> Result<Option<Self>, NativeError> {
-        let (mut of, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
+        let (mut excerpt, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
         let looks: Vec<f64> = moments[1..]
             .iter()
-            .map(|of| of.bodies.kinetic_energy())
+            .map(|moment| moment.bodies.kinetic_energy())
             .collect();
-        let falls = looks.windows(2).find(|of| of[1] < of[0]);
-        of.scene.settle.kinetic_energy_fraction = falls.map_or(0.0, |of| (of[1] / of[0]).sqrt());
-        let rises = falls.is_some_and(|of| (of[0] * of[1]).sqrt() > looks[0]);
-        Ok(rises.then_some(of))
+        let falls = looks.windows(2).find(|pair| pair[1] < pair[0]);
+        excerpt.scene.settle.kinetic_energy_fraction =
+            falls.map_or(0.0, |pair| (pair[1] / pair[0]).sqrt());
+        let rises = falls.is_some_and(|pair| (pair[0] * pair[1]).sqrt() > looks[0]);
+        Ok(rises.then_some(excerpt))
     }
 
     /// From a state whose grains spin to a look at which the rule holds by all kinetic energy, and not by that of the velocities alone.
@@ -163,19 +164,19 @@ impl Excerpt {
         scene: &Scene,
         from: Start,
     ) -> Result<Option<Self>, NativeError> {
-        let (mut of, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
-        let looks = moments[1..].iter().map(|of| {
-            let mut without = of.bodies.clone();
+        let (mut excerpt, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
+        let looks = moments[1..].iter().map(|moment| {
+            let mut without = moment.bodies.clone();
             without.spin.fill(0.0);
-            [of.bodies.kinetic_energy(), without.kinetic_energy()]
+            [moment.bodies.kinetic_energy(), without.kinetic_energy()]
         });
         let looks: Vec<[f64; 2]> = looks.collect();
         // The first look at which the rule holds with this share of the largest energy so far.
         let holds = |which: usize, share: f64| {
             let mut peak = 0.0;
-            looks.iter().position(|of| {
-                peak = of[which].max(peak);
-                of[which] <= share * peak
+            looks.iter().position(|energies| {
+                peak = energies[which].max(peak);
+                energies[which] <= share * peak
             })
         };
         let shares = (1..100).map(|percent| f64::from(percent) / 100.0);
@@ -185,42 +186,42 @@ impl Excerpt {
             at.is_some_and(|at| at > 0) && is_safe && holds(1, *share) != at
         });
         let share = apart.next();
-        of.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
-        Ok(share.map(|_| of))
+        excerpt.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
+        Ok(share.map(|_| excerpt))
     }
 
     /// Moments that a run itself has told, of which the native engine goes on from the first.
     pub fn of_moments(scene: &Scene, first: &Snapshot, last: u64) -> Result<Self, NativeError> {
-        let mut of = Excerpt::new("", "", scene, first.clone().into());
-        of.scene.measurement.history_every = scene.measurement.history_every;
-        of.task.until = Until::Step(last);
-        of.remembers_by_tables = Model::in_stage(scene, first.stage).law.has_history();
-        if of.remembers_by_tables {
-            of.task.start.memory = remembered(scene, first)?;
+        let mut excerpt = Excerpt::new("", "", scene, first.clone().into());
+        excerpt.scene.measurement.history_every = scene.measurement.history_every;
+        excerpt.task.until = Until::Step(last);
+        excerpt.remembers_by_tables = Model::in_stage(scene, first.stage).law.has_history();
+        if excerpt.remembers_by_tables {
+            excerpt.task.start.memory = remembered(scene, first)?;
         }
-        Ok(of)
+        Ok(excerpt)
     }
 
     /// Pouring that ends by its most steps before the rule holds: nothing is loaded then.
     pub fn to_most_steps(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
-        let mut of = Excerpt::new(start, key, scene, from);
-        (of.task.start.step, of.task.start.seen) = (0, Seen::default());
-        of.task.until = Until::EndOfLoading;
-        let settle = &mut of.scene.settle;
+        let mut excerpt = Excerpt::new(start, key, scene, from);
+        (excerpt.task.start.step, excerpt.task.start.seen) = (0, Seen::default());
+        excerpt.task.until = Until::EndOfLoading;
+        let settle = &mut excerpt.scene.settle;
         settle.kinetic_energy_fraction = 1.0e-12;
         settle.check_every = 2 * EXCERPT_EVERY;
         settle.max_steps = STEPS_OF_EXCERPT / 2;
-        of
+        excerpt
     }
 
     /// Pouring of a bed that was livelier at a look before: the rule holds at its first look, and would not by what this run sees.
     pub fn livelier_before(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
         let energy = 100.0 * from.bodies.kinetic_energy();
-        let mut of = Excerpt::to_most_steps(start, key, scene, from);
-        of.task.start.seen.energy = energy;
-        of.task.until = Until::EndOfSettling;
-        of.scene.settle.kinetic_energy_fraction = 0.5;
-        of
+        let mut excerpt = Excerpt::to_most_steps(start, key, scene, from);
+        excerpt.task.start.seen.energy = energy;
+        excerpt.task.until = Until::EndOfSettling;
+        excerpt.scene.settle.kinetic_energy_fraction = 0.5;
+        excerpt
     }
 
     /// Its moments as the native engine makes them.
@@ -250,15 +251,15 @@ impl Excerpt {
             model: Model::in_stage(&self.scene, stage),
             bodies: own
                 .first()
-                .map_or_else(Bodies::default, |of| of.bodies.clone()),
+                .map_or_else(Bodies::default, |snapshot| snapshot.bodies.clone()),
             punch: None,
             moments: Vec::new(),
         };
         let again = self.remembering_again(&own)?;
         let envelope = Envelope::of(case, own, &runs?, noise);
-        Ok(again
-            .iter()
-            .fold(envelope, |of, again| of.reaching_the_last(again)))
+        Ok(again.iter().fold(envelope, |envelope, again| {
+            envelope.reaching_the_last(again)
+        }))
     }
 
     /// The last moment of the native run, made from its second one with what tables have of that one's memory.
@@ -334,20 +335,22 @@ const LEAST_GROWN: f64 = 1.0 + 1.0e-4;
 
 /// What contacts remember, as far as their table tells it: the tangential force; and along the normal what the force has more than spring
 /// and dashpot, for a spring that is turned to the first order does not quite stay in the tangent.
-fn remembered(scene: &Scene, of: &Snapshot) -> Result<Vec<Remembered>, NativeError> {
-    let mut memory: Vec<Remembered> = of.contacts.iter().map(Remembered::from).collect();
+fn remembered(scene: &Scene, snapshot: &Snapshot) -> Result<Vec<Remembered>, NativeError> {
+    let mut memory: Vec<Remembered> = snapshot.contacts.iter().map(Remembered::from).collect();
     let task = Task {
         start: Start {
             memory: memory.clone(),
-            ..of.clone().into()
+            ..snapshot.clone().into()
         },
-        until: Until::Step(of.step),
+        until: Until::Step(snapshot.step),
     };
     let mut seen: Vec<Snapshot> = Vec::new();
     native::run(scene, &task, &native::Options::default(), &mut seen)?;
-    let made = seen.iter().flat_map(|of| &of.contacts);
-    let made: BTreeMap<_, _> = made.map(|of| ((of.id1, of.id2), of.normal_force)).collect();
-    for (memory, told) in memory.iter_mut().zip(&of.contacts) {
+    let made = seen.iter().flat_map(|moment| &moment.contacts);
+    let made: BTreeMap<_, _> = made
+        .map(|contact| ((contact.id1, contact.id2), contact.normal_force))
+        .collect();
+    for (memory, told) in memory.iter_mut().zip(&snapshot.contacts) {
         let Some(made) = made.get(&(told.id1, told.id2)) else {
             continue;
         };
@@ -368,10 +371,13 @@ const ROUNDED: f64 = 1.0e-9;
 struct Forces(Vec<[f64; 2]>);
 
 impl Observer for Forces {
-    fn snapshot(&mut self, of: &Snapshot) {
-        let id = BodyIds::of_box(of.bodies.len() as u32).punch();
-        let at_punch = of.contacts.iter().filter(|of| of.id1 == id);
-        let normal: f64 = at_punch.map(|of| -of.normal_force * of.normal[1]).sum();
-        self.0.extend(of.punch.map(|punch| [punch.force, normal]));
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        let id = BodyIds::of_box(snapshot.bodies.len() as u32).punch();
+        let at_punch = snapshot.contacts.iter().filter(|contact| contact.id1 == id);
+        let normal: f64 = at_punch
+            .map(|contact| -contact.normal_force * contact.normal[1])
+            .sum();
+        self.0
+            .extend(snapshot.punch.map(|punch| [punch.force, normal]));
     }
 }

@@ -57,9 +57,9 @@ pub fn counts<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec
             .for_each(|(asked, has)| *asked |= has);
         for moment in run {
             let mut found = [0; 4];
-            for of in &moment.contacts {
-                found[[0, 2, 3][kind_of_pair(case, of.id1)]] += 1;
-                found[1] += usize::from(slides(case, of));
+            for contact in &moment.contacts {
+                found[[0, 2, 3][kind_of_pair(case, contact.id1)]] += 1;
+                found[1] += usize::from(slides(case, contact));
             }
             let counts = counts.iter_mut().zip(found);
             counts.for_each(|(count, found)| count.found = count.found.max(found));
@@ -69,10 +69,10 @@ pub fn counts<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec
     asked.map(|(count, _)| count).collect()
 }
 
-fn slides(case: &Case, of: &Contact) -> bool {
-    let tangent = case.model.law.friction_angles()[kind_of_pair(case, of.id1)].tan();
-    let limit = tangent * of.normal_force.abs();
-    limit > 0.0 && of.tangential_force.abs() >= (1.0 - AT_LIMIT) * limit
+fn slides(case: &Case, contact: &Contact) -> bool {
+    let tangent = case.model.law.friction_angles()[kind_of_pair(case, contact.id1)].tan();
+    let limit = tangent * contact.normal_force.abs();
+    limit > 0.0 && contact.tangential_force.abs() >= (1.0 - AT_LIMIT) * limit
 }
 
 /// The punch's corners, where there is a punch and its flat faces alone are touched.
@@ -82,18 +82,20 @@ pub(crate) fn untouched_corners<'a>(
     let mut punched = runs.filter(|(case, _)| case.punch.is_some()).peekable();
     punched.peek()?;
     let mut at_corners = punched.map(|(case, run)| {
-        let mut contacts = run.iter().flat_map(|of| &of.contacts);
-        contacts.any(|of| at_a_corner(case.ids(), of))
+        let mut contacts = run.iter().flat_map(|snapshot| &snapshot.contacts);
+        contacts.any(|contact| at_a_corner(case.ids(), contact))
     });
-    let touched = at_corners.any(|of| of);
+    let touched = at_corners.any(|touched| touched);
     (!touched).then_some("the punch's corners")
 }
 
 /// The grains with a contact that slides at any of these moments.
 pub(crate) fn sliding(case: &Case, run: &[Snapshot]) -> BTreeSet<u32> {
-    let contacts = run.iter().flat_map(|of| &of.contacts);
-    let sliding = contacts.filter(|of| slides(case, of));
-    sliding.flat_map(|of| [of.id1, of.id2]).collect()
+    let contacts = run.iter().flat_map(|snapshot| &snapshot.contacts);
+    let sliding = contacts.filter(|contact| slides(case, contact));
+    sliding
+        .flat_map(|contact| [contact.id1, contact.id2])
+        .collect()
 }
 
 /// Every key with the form of an engine that does not read it, or takes the other choice.
@@ -114,11 +116,11 @@ pub fn unseen(states: &[&Envelope]) -> Vec<&'static str> {
     let is_unseen = |(_, form): &(&'static str, Form)| {
         let asked = states
             .iter()
-            .filter(|of| forms::candidates(&of.case).contains(form));
+            .filter(|envelope| forms::candidates(&envelope.case).contains(form));
         let mut asked = asked.peekable();
         asked.peek().is_some()
-            && !asked.any(|of| {
-                let changed = of.changed(&Variant::of(*form), STEPS_WRITTEN_OUT);
+            && !asked.any(|envelope| {
+                let changed = envelope.changed(&Variant::of(*form), STEPS_WRITTEN_OUT);
                 changed.is_some_and(|far| !far.is_rounding())
             })
     };

@@ -161,6 +161,6 @@ pub fn in_words(form: Form) -> String {
     }
 }
 
-fn mean(of: &str) -> String {
-    format!("the stiffness of a pair is {of}: k_n = 2·E·R1·R2/(R1 + R2)")
+fn mean(value: &str) -> String {
+    format!("the stiffness of a pair is {value}: k_n = 2·E·R1·R2/(R1 + R2)")
 }

@@ -78,13 +78,15 @@ impl OfStart {
 
     /// How far off it is, and where.
     pub fn in_words(&self) -> String {
-        let steps = |of: u64| format!("{of} {}", if of == 1 { "step" } else { "steps" });
+        let steps = |count: u64| format!("{count} {}", if count == 1 { "step" } else { "steps" });
         let Some(far) = &self.farthest else {
             return String::new();
         };
         let (quantity, unit) = far.quantity.name();
         let tables = self.tables.as_ref();
-        let tables = tables.map_or(String::new(), |of| format!("; its contact tables: {of}"));
+        let tables = tables.map_or(String::new(), |tables| {
+            format!("; its contact tables: {tables}")
+        });
         match (self.verdict, far.left_after) {
             (Verdict::Identical, _) => "every bit is the native engine's".to_owned(),
             (_, Some(step)) => format!(
@@ -156,11 +158,14 @@ impl Judgement {
 
     /// Why states that agree are too little evidence.
     pub fn open(&self) -> Option<String> {
-        let short = self.counts.iter().filter(|of| !of.is_enough());
+        let short = self.counts.iter().filter(|count| !count.is_enough());
         let short: Vec<String> = short
-            .map(|of| format!("{} {}", of.found, of.what))
+            .map(|count| format!("{} {}", count.found, count.what))
             .collect();
-        let coarse = self.limits.last().filter(|of| of.smallest > LARGEST_LIMIT);
+        let coarse = self
+            .limits
+            .last()
+            .filter(|limit| limit.smallest > LARGEST_LIMIT);
         let identical = self.of_states() == Verdict::Identical;
         match coarse {
             _ if !short.is_empty() => {
@@ -172,34 +177,34 @@ impl Judgement {
                  {:.0e} of a velocity), so a fault of that size could not be seen",
                 self.resolution.position, self.resolution.overlap, self.resolution.velocity
             )),
-            Some(of) => Some(format!(
+            Some(limit) => Some(format!(
                 "{} could be wrong by {:.0e} and would not be seen",
-                of.constant, of.smallest
+                limit.constant, limit.smallest
             )),
             None => None,
         }
     }
 
     fn of_states(&self) -> Verdict {
-        let has = |verdict| self.starts.iter().any(|of| of.verdict == verdict);
+        let has = |verdict| self.starts.iter().any(|start| start.verdict == verdict);
         let order = [
             Verdict::Different,
             Verdict::Undecided,
             Verdict::EqualToRounding,
             Verdict::Identical,
         ];
-        let found = order.into_iter().find(|of| has(*of));
+        let found = order.into_iter().find(|verdict| has(*verdict));
         found.unwrap_or(Verdict::Undecided)
     }
 
     pub fn farthest(&self) -> Option<&OfStart> {
-        let looked_at = self.starts.iter().filter(|of| of.farthest.is_some());
+        let looked_at = self.starts.iter().filter(|start| start.farthest.is_some());
         looked_at.max_by(|a, b| ratio(&a.farthest).total_cmp(&ratio(&b.farthest)))
     }
 }
 
-fn ratio(of: &Option<Farthest>) -> f64 {
-    of.as_ref().map_or(0.0, |of| of.ratio)
+fn ratio(farthest: &Option<Farthest>) -> f64 {
+    farthest.as_ref().map_or(0.0, |far| far.ratio)
 }
 
 /// The largest radius over the smallest.
@@ -272,14 +277,14 @@ impl Answered<'_> {
 }
 
 impl Native {
-    fn new(of: &State, resolution: Resolution) -> Result<Self, NativeError> {
+    fn new(state: &State, resolution: Resolution) -> Result<Self, NativeError> {
         let mut noise = resolution.noise();
         if !resolution.is_double() {
             // The error of a coarse number is a share of it.
-            noise.overlap *= of.faster;
+            noise.overlap *= state.faster;
         }
-        let envelope = Envelope::new(&of.case, noise)?;
-        if of.drawn {
+        let envelope = Envelope::new(&state.case, noise)?;
+        if state.drawn {
             let limits = Vec::new();
             return Ok(Native { envelope, limits });
         }
@@ -335,28 +340,30 @@ impl Reference {
         progress: &mut dyn FnMut(&str),
     ) -> Result<Judgement, E> {
         let (mut states, mut not_asked) = (Vec::new(), Vec::new());
-        for (index, of) in self.states.iter().enumerate() {
-            match lacks(&of.case) {
+        for (index, state) in self.states.iter().enumerate() {
+            match lacks(&state.case) {
                 Some(lacking) => not_asked.push(NotAsked {
-                    law: of.law.clone(),
-                    start: of.start.clone(),
+                    law: state.law.clone(),
+                    start: state.start.clone(),
                     lacking,
                 }),
-                None => states.push((index, of)),
+                None => states.push((index, state)),
             }
         }
-        let cases: Vec<&Case> = states.iter().map(|(_, of)| &of.case).collect();
-        let probed = states.iter().filter(|(_, of)| of.probed);
-        let probed: Vec<&Case> = probed.map(|(_, of)| &of.case).collect();
+        let cases: Vec<&Case> = states.iter().map(|(_, state)| &state.case).collect();
+        let probed = states.iter().filter(|(_, state)| state.probed);
+        let probed: Vec<&Case> = probed.map(|(_, state)| &state.case).collect();
         let probes: Vec<Vec<Case>> = probed.iter().map(|case| Resolution::cases(case)).collect();
         progress("the engine runs");
         let asked: Vec<&Case> = probes.iter().flatten().chain(cases).collect();
         let mut of_cases = engine(&asked)?;
         let mut judgement = Judgement {
-            grains: states.first().map_or(0, |(_, of)| of.case.bodies.len()),
+            grains: states
+                .first()
+                .map_or(0, |(_, state)| state.case.bodies.len()),
             radii: states
                 .iter()
-                .map(|(_, of)| radii(&of.case))
+                .map(|(_, state)| radii(&state.case))
                 .fold(1.0, f64::max),
             resolution: Resolution::DOUBLE,
             extent: 0.0,
@@ -372,17 +379,17 @@ impl Reference {
             let rest = of_cases.split_off(probes.len().min(of_cases.len()));
             let answers = std::mem::replace(&mut of_cases, rest);
             let measured = Resolution::measured(case, &answers);
-            resolution = measured.map_or(resolution, |of| resolution.coarser(of));
+            resolution = measured.map_or(resolution, |measured| resolution.coarser(measured));
         }
         let mut all = Vec::with_capacity(states.len());
         let mut looked_at = Vec::new();
-        for ((index, of), answer) in states.into_iter().zip(of_cases) {
-            let mut judged = OfStart::new(&of.law, &of.start, &of.key);
+        for ((index, state), answer) in states.into_iter().zip(of_cases) {
+            let mut judged = OfStart::new(&state.law, &state.start, &state.key);
             match answer {
                 // Nothing need be known of it.
                 Err(reason) => judged.skipped = Some(reason),
                 Ok(theirs) => {
-                    progress(&format!("replicas: {}", of.case.name));
+                    progress(&format!("replicas: {}", state.case.name));
                     if envelope::is_rounded(&theirs) {
                         let why = "it writes at most 8 digits, and numbers must read back to the same bits (17 digits)";
                         judged.skipped = Some(why.to_owned());
@@ -390,15 +397,15 @@ impl Reference {
                         continue;
                     }
                     looked_at.push(index);
-                    let make = || Native::new(of, resolution);
+                    let make = || Native::new(state, resolution);
                     let native = envelope::once(&self.double[index], resolution, make)?;
                     let answered = Answered {
-                        asked: of,
+                        asked: state,
                         farthest: native.envelope.farthest(&theirs),
                         native,
                         theirs,
                     };
-                    if of.probed {
+                    if state.probed {
                         let (extent, _) = envelope::largest(&answered.native.envelope.own);
                         judgement.extent = judgement.extent.max(extent);
                     }
@@ -421,9 +428,12 @@ impl Reference {
         }
         if self.names_causes && judgement.verdict() == Verdict::Different {
             // The first of the drawn states that differs tells most, where no other does.
-            let differs = |of: &Answered| of.verdict() == Verdict::Different;
-            match all.iter().any(|of| !of.asked.drawn && differs(of)) {
-                true => all.retain(|of| !of.asked.drawn),
+            let differs = |answered: &Answered| answered.verdict() == Verdict::Different;
+            match all
+                .iter()
+                .any(|answered| !answered.asked.drawn && differs(answered))
+            {
+                true => all.retain(|answered| !answered.asked.drawn),
                 false => {
                     let first = all.iter().position(differs);
                     let first = first.map(|at| all.swap_remove(at));
@@ -443,19 +453,23 @@ impl Reference {
             .unseen
             .lock()
             .ok()
-            .and_then(|of| of.get(&looked_at).cloned());
+            .and_then(|unseen| unseen.get(&looked_at).cloned());
         let keys = known.unwrap_or_else(|| {
-            let envelopes: Vec<&Envelope> = all.iter().map(|of| &of.native.envelope).collect();
+            let envelopes: Vec<&Envelope> = all
+                .iter()
+                .map(|answered| &answered.native.envelope)
+                .collect();
             let keys = exercise::unseen(&envelopes);
-            if let Ok(mut of) = self.unseen.lock() {
-                of.insert(looked_at, keys.clone());
+            if let Ok(mut unseen) = self.unseen.lock() {
+                unseen.insert(looked_at, keys.clone());
             }
             keys
         });
-        let limits = || all.iter().flat_map(|of| &of.native.limits);
+        let limits = || all.iter().flat_map(|answered| &answered.native.limits);
         let constants = Constant::all().filter(|constant| {
             let mut states = all.iter();
-            states.any(|of| constant.is_in(&of.asked.case)) && !limits().any(|of| of.0 == *constant)
+            states.any(|answered| constant.is_in(&answered.asked.case))
+                && !limits().any(|limit| limit.0 == *constant)
         });
         let constants: Vec<&str> = constants.map(Constant::symbol).collect();
         constants
@@ -470,7 +484,7 @@ impl Reference {
 /// For each constant the smallest fault that any of the states that were looked at shows.
 fn limits(all: &[Answered]) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
-    for answered in all.iter().filter(|of| of.farthest.is_some()) {
+    for answered in all.iter().filter(|answered| answered.farthest.is_some()) {
         let limit = |(constant, smallest): &(Constant, f64)| Limit {
             constant: constant.symbol(),
             smallest: *smallest,
@@ -482,6 +496,6 @@ fn limits(all: &[Answered]) -> Vec<Limit> {
     // The first of several that are as small.
     limits.sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
     let mut seen = BTreeSet::new();
-    limits.retain(|of| seen.insert(of.constant));
+    limits.retain(|limit| seen.insert(limit.constant));
     limits
 }

@@ -267,7 +267,12 @@ impl Bed {
         let pressed = native::run_case(&pressing, None)?;
         // A corner at work, if there is one.
         let ids = pressing.ids();
-        let by_a_corner = |of: &Snapshot| of.contacts.iter().any(|of| at_a_corner(ids, of));
+        let by_a_corner = |snapshot: &Snapshot| {
+            snapshot
+                .contacts
+                .iter()
+                .any(|contact| at_a_corner(ids, contact))
+        };
         let at = pressed.iter().position(by_a_corner).unwrap_or(0);
         let pressed = pressed.into_iter().nth(at);
         let mut states = vec![
@@ -275,7 +280,7 @@ impl Bed {
             (Start::Pouring, pouring, None),
             (Start::AtRest, rest, None),
         ];
-        states.extend(pressed.map(|of| (Start::UnderPunch, of.bodies, of.punch)));
+        states.extend(pressed.map(|snapshot| (Start::UnderPunch, snapshot.bodies, snapshot.punch)));
         Ok(Bed {
             scene,
             states,
@@ -333,7 +338,7 @@ impl Bed {
                 Start::AtRest => Stage::Load,
                 _ => Stage::Settle,
             };
-            let state = self.states.iter().find(|of| of.0 == start);
+            let state = self.states.iter().find(|state| state.0 == start);
             let mut bodies = state.expect("every bed has it").1.clone();
             can_turn(scene, &mut bodies);
             grains::task::Start {
@@ -461,7 +466,7 @@ impl Bed {
             0 => Start::Pouring,
             _ => Start::UnderPunch,
         };
-        let (_, bodies, punch) = self.states.iter().find(|of| of.0 == start)?;
+        let (_, bodies, punch) = self.states.iter().find(|state| state.0 == start)?;
         let (scene, mut source) = self.drawn_scene(number);
         let mut bodies = bodies.clone();
         let faster = drawn(&mut source, [1.0, FASTEST]);
@@ -515,19 +520,19 @@ fn at_its_corner(scene: &Scene, bed: &Bodies) -> Option<Scene> {
 }
 
 /// One of these.
-fn drawn<T: Clone, const N: usize>(source: &mut Source, of: [T; N]) -> T {
-    of[source.below(N)].clone()
+fn drawn<T: Clone, const N: usize>(source: &mut Source, choices: [T; N]) -> T {
+    choices[source.below(N)].clone()
 }
 
-fn drawn_material(source: &mut Source, of: &Material) -> Material {
+fn drawn_material(source: &mut Source, material: &Material) -> Material {
     let aside = [None, None, Some(0.0), Some(0.3), Some(1.1)];
     Material {
-        youngs_modulus: of.youngs_modulus * drawn(source, [0.5, 1.0]),
+        youngs_modulus: material.youngs_modulus * drawn(source, [0.5, 1.0]),
         friction_angle: drawn(source, [0.0, 0.1, 0.5, 1.0]),
         wall_friction_angle: drawn(source, aside),
         punch_friction_angle: drawn(source, aside),
         stiffness_ratio: drawn(source, [0.2, 0.5, 1.0, 1.6]),
-        ..of.clone()
+        ..material.clone()
     }
 }
 
@@ -578,10 +583,10 @@ struct Rising {
 }
 
 impl Observer for Rising {
-    fn snapshot(&mut self, of: &Snapshot) {
-        let last = std::mem::replace(&mut self.last, of.bodies.clone());
-        if of.bodies.kinetic_energy() > self.largest {
-            self.largest = of.bodies.kinetic_energy();
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        let last = std::mem::replace(&mut self.last, snapshot.bodies.clone());
+        if snapshot.bodies.kinetic_energy() > self.largest {
+            self.largest = snapshot.bodies.kinetic_energy();
             self.before_largest = last;
         }
     }

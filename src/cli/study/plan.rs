@@ -278,9 +278,9 @@ impl TradeoffArguments {
         };
         let mut program = None;
         if let Some(path) = &self.engine {
-            let of = Program::of(&self.limits.external(path)?)?;
-            plan = plan.with_external(&of.described, &of.digest, self.engine_clouds);
-            program = Some(of);
+            let engine = Program::of(&self.limits.external(path)?)?;
+            plan = plan.with_external(&engine.described, &engine.digest, self.engine_clouds);
+            program = Some(engine);
         }
         let words = format!(
             "{} methods of beds of {} grains, {} realizations",

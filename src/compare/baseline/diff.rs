@@ -88,7 +88,12 @@ impl Changed {
 
     /// Its value has other bits.
     pub fn has_other_bits(&self) -> bool {
-        let bits = |of: &Option<Check>| of.as_ref().and_then(|of| of.value).map(f64::to_bits);
+        let bits = |entry: &Option<Check>| {
+            entry
+                .as_ref()
+                .and_then(|check| check.value)
+                .map(f64::to_bits)
+        };
         bits(&self.before) != bits(&self.after)
     }
 }
@@ -132,10 +137,10 @@ const SAME_WIDTH: f64 = 0.01;
 /// Holds a run against a baseline.
 pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
     let before = &baseline.record;
-    let checks = paired(&before.checks, &run.checks, |of| &of.id);
+    let checks = paired(&before.checks, &run.checks, |check| &check.id);
     let found = checks.iter().map(|(id, [a, b])| changed(id, *a, *b));
     let mut changes: Vec<Changed> = found.flatten().collect();
-    let moved = |of: &Changed| of.share_of_tolerance.unwrap_or(0.0);
+    let moved = |change: &Changed| change.share_of_tolerance.unwrap_or(0.0);
     changes.sort_by(|a, b| {
         let by_size = moved(b).total_cmp(&moved(a));
         a.change.cmp(&b.change).then(by_size).then(a.id.cmp(&b.id))
@@ -166,8 +171,8 @@ fn paired<'a, T>(
 ) -> BTreeMap<&'a str, [Option<&'a T>; 2]> {
     let mut all: BTreeMap<&str, [Option<&T>; 2]> = BTreeMap::new();
     for (side, list) in [before, after].into_iter().enumerate() {
-        for of in list {
-            all.entry(id(of)).or_default()[side] = Some(of);
+        for item in list {
+            all.entry(id(item)).or_default()[side] = Some(item);
         }
     }
     all
@@ -177,7 +182,7 @@ impl Diff {
     /// Values of checks and measured numbers that are others.
     pub fn all_moved(&self) -> usize {
         let of_checks = self.changes.iter();
-        let of_checks = of_checks.filter(|of| of.is_as_good() && of.has_other_bits());
+        let of_checks = of_checks.filter(|change| change.is_as_good() && change.has_other_bits());
         self.moved.len() + of_checks.count()
     }
 
@@ -198,30 +203,30 @@ impl Diff {
             }
         };
         // They stand in their order.
-        for of in self.changes.chunk_by(|a, b| a.change == b.change) {
-            let words = of[0].change.words();
-            match of.len() > 1 && words.ends_with("failure") {
-                true => count(of.len(), &format!("{words}s")),
-                false => count(of.len(), words),
+        for group in self.changes.chunk_by(|a, b| a.change == b.change) {
+            let words = group[0].change.words();
+            match group.len() > 1 && words.ends_with("failure") {
+                true => count(group.len(), &format!("{words}s")),
+                false => count(group.len(), words),
             }
         }
         for (pace, words) in [(Pace::Slower, "slower"), (Pace::Faster, "faster")] {
-            let of = self.speeds.iter().filter(|of| of.pace == pace);
-            count(of.count(), words);
+            let speeds = self.speeds.iter().filter(|pair| pair.pace == pace);
+            count(speeds.count(), words);
         }
         count(self.same, "as they were");
         let numbers = self.moved.len() + self.unmoved;
         if numbers > 0 {
-            let of = self.moved.len();
-            parts.push(format!("{of} of {numbers} measured numbers moved"));
+            let moved = self.moved.len();
+            parts.push(format!("{moved} of {numbers} measured numbers moved"));
         }
         parts.join(", ")
     }
 }
 
 fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Outcome {
-    let any = |wanted: &[Change]| changes.iter().any(|of| wanted.contains(&of.change));
-    if any(&WORSE) || speeds.iter().any(|of| of.pace == Pace::Slower) {
+    let any = |wanted: &[Change]| changes.iter().any(|change| wanted.contains(&change.change));
+    if any(&WORSE) || speeds.iter().any(|pair| pair.pace == Pace::Slower) {
         Outcome::Fail
     } else if any(&UNTOLD) {
         Outcome::Skipped
@@ -269,7 +274,7 @@ fn failure(before: &Check, after: &Check) -> Change {
     } else {
         after.upper
     };
-    let expected = |of: &Check| of.expected.or(limit).unwrap_or(0.0);
+    let expected = |check: &Check| check.expected.or(limit).unwrap_or(0.0);
     let off = [old - expected(before), new - expected(after)];
     let farther = match (before.interval, after.interval) {
         (Some([_, high]), Some([low, _])) if off[0] > 0.0 => off[1] < 0.0 || low > high,
@@ -327,20 +332,21 @@ fn same_definition(a: &Check, b: &Check) -> bool {
 
 /// Those that moved, and how many did not.
 fn numbers(before: &[Measured], after: &[Measured]) -> (Vec<MovedNumber>, usize) {
-    let pairs = paired(before, after, |of| &of.id).into_iter();
+    let pairs = paired(before, after, |number| &number.id).into_iter();
     let pairs = pairs.map(|(id, [before, after])| {
         let both = before.zip(after);
         let one = after.or(before).expect("one of a pair is there");
         MovedNumber {
             id: id.to_owned(),
             unit: one.unit.clone(),
-            before: before.map(|of| of.value),
-            after: after.map(|of| of.value),
+            before: before.map(|number| number.value),
+            after: after.map(|number| number.value),
             relative: both.map(|(a, b)| relative(a.value, b.value)),
         }
     });
-    let (mut moved, same): (Vec<_>, Vec<_>) = pairs.partition(|of| of.relative != Some(0.0));
-    let size = |of: &MovedNumber| of.relative.unwrap_or(f64::INFINITY);
+    let (mut moved, same): (Vec<_>, Vec<_>) =
+        pairs.partition(|number| number.relative != Some(0.0));
+    let size = |number: &MovedNumber| number.relative.unwrap_or(f64::INFINITY);
     moved.sort_by(|a, b| size(b).total_cmp(&size(a)));
     (moved, same.len())
 }
@@ -401,7 +407,8 @@ const APART: f64 = 1.05;
 
 impl SpeedPair {
     pub fn in_a_line(&self) -> String {
-        let number = |of: Option<f64>| of.map_or("–".to_owned(), |of| format!("{of:.4}"));
+        let number =
+            |value: Option<f64>| value.map_or("–".to_owned(), |known| format!("{known:.4}"));
         let cost = |cost| format!(", {cost:.3} times the cost");
         let cost = self.cost.map_or(String::new(), cost);
         let (before, after) = (number(self.before), number(self.after));
@@ -411,8 +418,8 @@ impl SpeedPair {
 
 /// All speeds of either; judged on machines of one kind only.
 fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
-    fn find<'a>(list: &'a [Speed], of: &Speed) -> Option<&'a Speed> {
-        list.iter().find(|speed| speed.id == of.id)
+    fn find<'a>(list: &'a [Speed], wanted: &Speed) -> Option<&'a Speed> {
+        list.iter().find(|speed| speed.id == wanted.id)
     }
     let now = after.iter().map(|new| (find(before, new), Some(new)));
     let gone = before.iter().filter(|old| find(after, old).is_none());
@@ -515,7 +522,10 @@ mod tests {
     fn of_one(before: Option<Check>, after: Option<Check>) -> (Option<Change>, Outcome) {
         let run = |check: Option<Check>| record(check.into_iter().collect(), Vec::new());
         let diff = between(run(before), &run(after));
-        (diff.changes.first().map(|of| of.change), diff.verdict)
+        (
+            diff.changes.first().map(|change| change.change),
+            diff.verdict,
+        )
     }
 
     #[test]
@@ -581,7 +591,11 @@ mod tests {
         use Outcome::{Fail, Pass};
         let before = of_checks([1.0; 3], [Pass; 3]);
         let diff = between(before, &of_checks([1.1, 1.0, 0.6], [Pass, Fail, Pass]));
-        let ids: Vec<&str> = diff.changes.iter().map(|of| of.id.as_str()).collect();
+        let ids: Vec<&str> = diff
+            .changes
+            .iter()
+            .map(|change| change.id.as_str())
+            .collect();
         assert_eq!(ids, ["b", "c", "a"]);
         let share = diff.changes[1].share_of_tolerance.expect("limits");
         assert!((share - 0.8).abs() < 1e-12, "{share}");
@@ -621,7 +635,7 @@ mod tests {
         let moved = [1.0, 1.0 + f64::EPSILON, 101.0, 1.0];
         let after = run(&["a", "b", "c", "new"], &moved);
         let diff = between(before.clone(), &after);
-        let moved: Vec<&str> = diff.moved.iter().map(|of| of.id.as_str()).collect();
+        let moved: Vec<&str> = diff.moved.iter().map(|number| number.id.as_str()).collect();
         assert_eq!(moved, ["gone", "new", "c", "b"]);
         assert_eq!(diff.unmoved, 1);
         assert!(diff.in_a_line().contains("4 of 5 measured numbers moved"));
@@ -635,8 +649,8 @@ mod tests {
         let same = between(before.clone(), &before).demanding_bits();
         assert_eq!(same.verdict, Outcome::Pass);
         // A record without measured numbers has its bits in the values of its checks.
-        let of = |value| of_checks([value], [Outcome::Pass]);
-        let moved = between(of(1.0), &of(1.0 + f64::EPSILON));
+        let run = |value| of_checks([value], [Outcome::Pass]);
+        let moved = between(run(1.0), &run(1.0 + f64::EPSILON));
         assert_eq!(moved.verdict, Outcome::Pass);
         assert_eq!(moved.demanding_bits().verdict, Outcome::Fail);
     }

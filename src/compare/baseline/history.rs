@@ -65,17 +65,19 @@ impl History {
         let mut changes = Vec::new();
         for (index, pair) in records.windows(2).enumerate() {
             let found = diff(&pair[0], &pair[1].record);
-            let moved = |of: &Changed| !of.is_as_good() || of.has_other_bits();
+            let moved = |change: &Changed| !change.is_as_good() || change.has_other_bits();
             let found = found.changes.into_iter().filter(moved);
-            changes.extend(found.map(|of| (index + 1, of)));
+            changes.extend(found.map(|change| (index + 1, change)));
         }
         let paces = of_speeds(records);
-        let mut steps: Vec<Step> = paces.iter().flat_map(|of| levels(of)).collect();
+        let mut steps: Vec<Step> = paces.iter().flat_map(|speeds| levels(speeds)).collect();
         steps.sort_by(|a, b| a.at.cmp(&b.at).then(a.id.cmp(&b.id)));
-        let of_speeds = paces.iter().map(|of| speed(of, &steps, records.len()));
+        let of_speeds = paces
+            .iter()
+            .map(|speeds| speed(speeds, &steps, records.len()));
         let series = of_speeds.chain(of_checks(records, &changes)).collect();
         History {
-            names: records.iter().map(|of| of.name.clone()).collect(),
+            names: records.iter().map(|record| record.name.clone()).collect(),
             changes,
             steps,
             series,
@@ -84,16 +86,16 @@ impl History {
 
     /// Whether a speed became slower in the last two records; the one before the last is confirmed by it.
     pub fn slower(&self) -> Check {
-        let recent = |of: &&Step| of.at + 2 >= self.names.len() && of.pace == Pace::Slower;
-        let of: Vec<&Step> = self.steps.iter().filter(recent).collect();
-        let lines = of
+        let recent = |step: &&Step| step.at + 2 >= self.names.len() && step.pace == Pace::Slower;
+        let slower: Vec<&Step> = self.steps.iter().filter(recent).collect();
+        let lines = slower
             .iter()
-            .map(|of| format!("{}: {:.3} times the cost", of.what, of.cost));
+            .map(|step| format!("{}: {:.3} times the cost", step.what, step.cost));
         let found = lines.collect::<Vec<_>>().join("; ");
-        let outcome = Outcome::pass_if(of.is_empty());
+        let outcome = Outcome::pass_if(slower.is_empty());
         let what = "speeds that became slower in the last two records";
         Check::of_words("history/slower", what, outcome, &found)
-            .with_limits(of.len() as f64, 0.0, Some(0.0))
+            .with_limits(slower.len() as f64, 0.0, Some(0.0))
             .judged_by(
                 "each record is held against the first of its level, beyond the scatter of rounds",
                 "docs/checks.md",
@@ -107,9 +109,9 @@ fn of_speeds(records: &[Baseline]) -> Vec<Vec<(usize, &Speed)>> {
         return Vec::new();
     };
     let mut all: BTreeMap<&str, Vec<(usize, &Speed)>> = BTreeMap::new();
-    for (index, of) in records.iter().enumerate() {
-        if of.record.machine_kind == newest.record.machine_kind {
-            for speed in &of.record.speeds {
+    for (index, record) in records.iter().enumerate() {
+        if record.record.machine_kind == newest.record.machine_kind {
+            for speed in &record.record.speeds {
                 all.entry(&speed.id).or_default().push((index, speed));
             }
         }
@@ -120,23 +122,23 @@ fn of_speeds(records: &[Baseline]) -> Vec<Vec<(usize, &Speed)>> {
 /// One speed against another, of one kind of machine: the pace and the cost.
 fn held(from: &Speed, to: &Speed) -> (Pace, f64) {
     let pair = pair(Some(from), Some(to), true);
-    pair.map_or((Pace::NotJudged, 1.0), |of| {
-        (of.pace, of.cost.unwrap_or(1.0))
+    pair.map_or((Pace::NotJudged, 1.0), |pair| {
+        (pair.pace, pair.cost.unwrap_or(1.0))
     })
 }
 
 /// Where a speed leaves its level: each record is held against the first of the level, so that a slow drift is seen too, and a
 /// single record that the next one does not confirm is none.
-fn levels(of: &[(usize, &Speed)]) -> Vec<Step> {
+fn levels(speeds: &[(usize, &Speed)]) -> Vec<Step> {
     let mut steps = Vec::new();
     let mut level = 0;
-    for (index, (at, speed)) in of.iter().enumerate().skip(1) {
-        let (pace, cost) = held(of[level].1, speed);
+    for (index, (at, speed)) in speeds.iter().enumerate().skip(1) {
+        let (pace, cost) = held(speeds[level].1, speed);
         if !matches!(pace, Pace::Slower | Pace::Faster) {
             continue;
         }
-        let next = of.get(index + 1);
-        let next = next.map(|(_, next)| held(of[level].1, next).0 == pace);
+        let next = speeds.get(index + 1);
+        let next = next.map(|(_, next)| held(speeds[level].1, next).0 == pace);
         if next != Some(false) {
             level = index;
             steps.push(Step {
@@ -152,22 +154,22 @@ fn levels(of: &[(usize, &Speed)]) -> Vec<Step> {
     steps
 }
 
-fn speed(of: &[(usize, &Speed)], steps: &[Step], records: usize) -> Series {
-    let speed = of[0].1;
+fn speed(speeds: &[(usize, &Speed)], steps: &[Step], records: usize) -> Series {
+    let speed = speeds[0].1;
     let mut values = vec![None; records];
-    for (at, of) in of {
+    for (at, speed) in speeds {
         values[*at] = Some(Value {
-            value: of.value,
-            between: of.range.map_or([None; 2], |range| range.map(Some)),
+            value: speed.value,
+            between: speed.range.map_or([None; 2], |range| range.map(Some)),
         });
     }
-    let changed = steps.iter().filter(|of| of.id == speed.id);
+    let changed = steps.iter().filter(|step| step.id == speed.id);
     Series {
         name: speed.what.clone(),
         unit: speed.unit.clone(),
         is_speed: true,
         values,
-        changed: changed.map(|of| of.at).collect(),
+        changed: changed.map(|step| step.at).collect(),
     }
 }
 
@@ -175,24 +177,35 @@ fn speed(of: &[(usize, &Speed)], steps: &[Step], records: usize) -> Series {
 fn of_checks(records: &[Baseline], changes: &[(usize, Changed)]) -> Vec<Series> {
     let mut found: BTreeMap<(bool, &str), Vec<usize>> = BTreeMap::new();
     let is_moved = |id: &str| {
-        let mut of = changes.iter().filter(|(_, of)| of.id == id);
-        of.all(|(_, of)| of.is_as_good())
+        let mut changes = changes.iter().filter(|(_, change)| change.id == id);
+        changes.all(|(_, change)| change.is_as_good())
     };
-    for (at, of) in changes {
+    for (at, change) in changes {
         found
-            .entry((is_moved(&of.id), &of.id))
+            .entry((is_moved(&change.id), &change.id))
             .or_default()
             .push(*at);
     }
-    let of = found.into_iter().map(|((_, id), changed)| {
-        let check = |of: &Baseline| of.record.checks.iter().find(|of| of.id == id).cloned();
+    let series = found.into_iter().map(|((_, id), changed)| {
+        let check = |record: &Baseline| {
+            record
+                .record
+                .checks
+                .iter()
+                .find(|check| check.id == id)
+                .cloned()
+        };
         let checks: Vec<_> = records.iter().map(check).collect();
-        let unit = checks.iter().flatten().last().map(|of| of.unit.clone());
-        let value = checks.iter().map(|of| {
-            let of = of.as_ref()?;
-            of.value.map(|value| Value {
+        let unit = checks
+            .iter()
+            .flatten()
+            .last()
+            .map(|check| check.unit.clone());
+        let value = checks.iter().map(|entry| {
+            let check = entry.as_ref()?;
+            check.value.map(|value| Value {
                 value,
-                between: [of.lower, of.upper],
+                between: [check.lower, check.upper],
             })
         });
         Series {
@@ -203,7 +216,7 @@ fn of_checks(records: &[Baseline], changes: &[(usize, Changed)]) -> Vec<Series> 
             changed,
         }
     });
-    of.collect()
+    series.collect()
 }
 
 /// A repository that cannot be read.
@@ -250,9 +263,9 @@ impl Repository {
             "[core]\n\trepositoryformatversion = 0\n\tbare = true\n",
         )?;
         for name in ["objects", "refs", "packed-refs", "shallow"] {
-            let of = common.join(name);
-            if Place::from(&of).is_taken() {
-                link(&of, &around.path().join(name))?;
+            let path = common.join(name);
+            if Place::from(&path).is_taken() {
+                link(&path, &around.path().join(name))?;
             }
         }
         Ok(Repository { around })
@@ -316,8 +329,8 @@ mod tests {
     const RECORDS: usize = 40;
 
     /// Five rounds a record, each of 4 % scatter; from the middle on `cost` times as much.
-    fn rounds(of: u64, cost: f64) -> Vec<Speed> {
-        let mut random = Source::new(&[7; 32], of);
+    fn rounds(seed: u64, cost: f64) -> Vec<Speed> {
+        let mut random = Source::new(&[7; 32], seed);
         let records = (0..RECORDS).map(|at| {
             let cost = if at < RECORDS / 2 { 1.0 } else { cost };
             let mut rounds = [0.0; 5].map(|_: f64| cost * (0.04 * random.normal()).exp());
@@ -334,17 +347,17 @@ mod tests {
         records.collect()
     }
 
-    fn steps(of: u64, cost: f64) -> Vec<Step> {
-        let speeds = rounds(of, cost);
+    fn steps(seed: u64, cost: f64) -> Vec<Step> {
+        let speeds = rounds(seed, cost);
         levels(&speeds.iter().enumerate().collect::<Vec<_>>())
     }
 
     #[test]
     fn a_step_of_a_fifth_is_found_and_scatter_is_not_one() {
-        let is_it = |of: &Step| of.at == RECORDS / 2 && of.pace == Pace::Slower;
-        let found = (0..200).filter(|of| steps(*of, 1.2).iter().any(is_it));
+        let is_it = |step: &Step| step.at == RECORDS / 2 && step.pace == Pace::Slower;
+        let found = (0..200).filter(|seed| steps(*seed, 1.2).iter().any(is_it));
         let found = found.count();
-        let alarms: usize = (0..200).map(|of| steps(of, 1.0).len()).sum();
+        let alarms: usize = (0..200).map(|seed| steps(seed, 1.0).len()).sum();
         assert!(found >= 180, "{found} of 200");
         // In 39 records each.
         assert!(alarms <= 20, "{alarms} in 200 histories");
@@ -353,12 +366,12 @@ mod tests {
     #[test]
     fn a_slow_drift_is_one_step_after_the_other() {
         let mut speeds = rounds(1, 1.0);
-        for (at, of) in speeds.iter_mut().enumerate() {
-            of.value = 1.02f64.powi(at as i32);
-            of.range = Some([0.99, 1.01].map(|share| share * of.value));
+        for (at, speed) in speeds.iter_mut().enumerate() {
+            speed.value = 1.02f64.powi(at as i32);
+            speed.range = Some([0.99, 1.01].map(|share| share * speed.value));
         }
         let steps = levels(&speeds.iter().enumerate().collect::<Vec<_>>());
         assert!(steps.len() >= 8, "{steps:?}");
-        assert!(steps.iter().all(|of| of.pace == Pace::Slower));
+        assert!(steps.iter().all(|step| step.pace == Pace::Slower));
     }
 }

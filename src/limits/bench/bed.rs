@@ -111,36 +111,40 @@ impl Bed {
 }
 
 /// The grains of [`laid_out`] before they come to rest.
-pub fn side_by_side(of: &Bodies, width: f64, columns: u32, copies: u32) -> Bodies {
+pub fn side_by_side(bodies: &Bodies, width: f64, columns: u32, copies: u32) -> Bodies {
     let columns = columns as usize;
     let copies = 0..copies as usize;
-    let all = copies.flat_map(|copy| (0..of.len()).map(move |id| (copy, id)));
+    let all = copies.flat_map(|copy| (0..bodies.len()).map(move |id| (copy, id)));
     let mut places: Vec<(usize, usize)> = all.collect();
     places.sort_by_key(|&(copy, id)| {
         let column = id % columns;
         let across = [column, columns - 1 - column][copy % 2];
         (id / columns, copy, across)
     });
-    numbered(of, width, places)
+    numbered(bodies, width, places)
 }
 
 /// Grains in this order, each with the copy of the bed that it stands in.
-fn numbered(of: &Bodies, width: f64, order: impl IntoIterator<Item = (usize, usize)>) -> Bodies {
+fn numbered(
+    source: &Bodies,
+    width: f64,
+    order: impl IntoIterator<Item = (usize, usize)>,
+) -> Bodies {
     let mut bodies = Bodies::default();
     for (copy, id) in order {
         let (x, vx) = match copy % 2 {
-            0 => (of.x[id], of.vx[id]),
-            _ => (width - of.x[id], -of.vx[id]),
+            0 => (source.x[id], source.vx[id]),
+            _ => (width - source.x[id], -source.vx[id]),
         };
-        let (place, velocity) = ([copy as f64 * width + x, of.z[id]], [vx, of.vz[id]]);
-        bodies.push(place, velocity, of.radius[id], of.mass[id]);
+        let (place, velocity) = ([copy as f64 * width + x, source.z[id]], [vx, source.vz[id]]);
+        bodies.push(place, velocity, source.radius[id], source.mass[id]);
     }
     bodies
 }
 
 /// The same grains numbered without any order: the worst that memory can be asked for.
-pub fn shuffled(of: &Bodies) -> Bodies {
-    let mut order: Vec<usize> = (0..of.len()).collect();
+pub fn shuffled(bodies: &Bodies) -> Bodies {
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
     // Fisher and Yates with a plain congruential generator (Knuth's MMIX): any disorder serves.
     let mut state = 1u64;
     for last in (1..order.len()).rev() {
@@ -149,5 +153,5 @@ pub fn shuffled(of: &Bodies) -> Bodies {
             .wrapping_add(1_442_695_040_888_963_407);
         order.swap(last, (state >> 33) as usize % (last + 1));
     }
-    numbered(of, 0.0, order.into_iter().map(|id| (0, id)))
+    numbered(bodies, 0.0, order.into_iter().map(|id| (0, id)))
 }

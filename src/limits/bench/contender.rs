@@ -347,7 +347,13 @@ fn largest_distance(a: &Bodies, b: &Bodies) -> f64 {
     let distance = |id: usize| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]);
     let distances = (0..a.len()).map(distance);
     // A NaN would be passed over by a maximum.
-    let known = distances.map(|of| if of.is_nan() { f64::INFINITY } else { of });
+    let known = distances.map(|length| {
+        if length.is_nan() {
+            f64::INFINITY
+        } else {
+            length
+        }
+    });
     known.fold(0.0, f64::max)
 }
 
@@ -423,7 +429,11 @@ pub fn rounds(
             }
         }
         // What has failed once does not run again.
-        entrants.retain(|entrant| missed.iter().all(|of| of.id != entrant.contender.id()));
+        entrants.retain(|entrant| {
+            missed
+                .iter()
+                .all(|missing| missing.id != entrant.contender.id())
+        });
         entrants.reverse();
     }
     if setup.plan.rounds % 2 == 1 {

@@ -47,7 +47,10 @@ impl Bench {
 
     /// The other engines that were timed beside native, with their times over its.
     fn others_over_native(&self) -> impl Iterator<Item = (&Contest, &Spread)> {
-        let others = self.contests.iter().filter(|of| !of.contender.is_native());
+        let others = self
+            .contests
+            .iter()
+            .filter(|contest| !contest.contender.is_native());
         others.filter_map(|contest| Some((contest, contest.over_native.as_ref()?)))
     }
 
@@ -105,22 +108,27 @@ impl Bench {
     }
 
     fn side_by_side(&self) -> Section {
-        let micro = |of: fn(&Spread) -> f64| move |row: &Contest| 1e6 * of(&row.seconds_per_step);
+        let micro =
+            |measure: fn(&Spread) -> f64| move |row: &Contest| 1e6 * measure(&row.seconds_per_step);
         let table = Table::of("engines", "", &self.contests)
-            .column("engine", |of| &of.name)
-            .column("time a step, median, µs", micro(|of| of.median))
-            .column("least, µs", micro(|of| of.least))
-            .column("most, µs", micro(|of| of.most))
-            .column("steps", |of| of.steps)
-            .column("least share of the processor", |of| of.processor_share)
+            .column("engine", |contest| &contest.name)
+            .column("time a step, median, µs", micro(|spread| spread.median))
+            .column("least, µs", micro(|spread| spread.least))
+            .column("most, µs", micro(|spread| spread.most))
+            .column("steps", |contest| contest.steps)
+            .column("least share of the processor", |contest| {
+                contest.processor_share
+            })
             .column("times native", |row| Some(row.over_native.as_ref()?.median))
             .column("95 % interval", |row| {
                 row.over_native.as_ref()?.median_interval()
             })
-            .column("contacts", |of| of.state_check.contacts)
-            .column("moved, R", |of| of.state_check.displacement)
-            .column("kinetic energy, mJ", |of| 1e3 * of.state_check.energy)
-            .column("bed", |of| Outcome::pass_if(of.state_check.holds));
+            .column("contacts", |contest| contest.state_check.contacts)
+            .column("moved, R", |contest| contest.state_check.displacement)
+            .column("kinetic energy, mJ", |contest| {
+                1e3 * contest.state_check.energy
+            })
+            .column("bed", |contest| Outcome::pass_if(contest.state_check.holds));
         let answer = "Every engine takes a turn in every round, on one thread, from the same bed; every second round goes backwards. \
                       Times are processor time of steps alone, without start, reading and tables.";
         let grains = self.bed.grains;
@@ -147,16 +155,16 @@ impl Bench {
             ));
         }
         let external = self.contests.iter();
-        for of in external.filter(|of| of.contender == Contender::External) {
-            let said = match of.approximations.as_slice() {
+        for contest in external.filter(|contest| contest.contender == Contender::External) {
+            let said = match contest.approximations.as_slice() {
                 [] => "nothing else than the model.".to_owned(),
                 said => said.join("; "),
             };
             section = section.with(format!(
                 "{} is a process a run: its time is that of {} steps less that of {}. It says of itself: {said}",
-                of.name,
-                2 * of.steps,
-                of.steps
+                contest.name,
+                2 * contest.steps,
+                contest.steps
             ));
         }
         section
@@ -186,16 +194,24 @@ impl Bench {
 
     fn stages(&self) -> Section {
         let table = Table::of("stages", "", &self.stages)
-            .column("part of a native step", |of| &of.stage)
-            .column("share", |of| of.share);
+            .column("part of a native step", |share| &share.stage)
+            .column("share", |share| share.share);
         let mut answer = format!(
             "{} pairs are listed, {} of them touch; a list lasts {:.0} steps.",
             self.bed.listed_pairs, self.bed.touching_pairs, self.bed.steps_per_build
         );
-        for of in self.contests.iter().filter(|of| !of.shares.is_empty()) {
-            let part = |of: &Share| format!("{} {:.0} %", of.stage, 100.0 * of.share);
-            let parts: Vec<String> = of.shares.iter().map(part).collect();
-            answer += &format!(" {} by its own account: {}.", of.name, parts.join(", "));
+        for contest in self
+            .contests
+            .iter()
+            .filter(|contest| !contest.shares.is_empty())
+        {
+            let part = |share: &Share| format!("{} {:.0} %", share.stage, 100.0 * share.share);
+            let parts: Vec<String> = contest.shares.iter().map(part).collect();
+            answer += &format!(
+                " {} by its own account: {}.",
+                contest.name,
+                parts.join(", ")
+            );
         }
         Section::new("Where the time of a step goes", answer).with(table)
     }
@@ -208,13 +224,14 @@ impl Bench {
             }
         }
         let colours = [Colour::Blue, Colour::Grey, Colour::Vermilion];
-        let draw = |name: &str, caption: &str, y: &str, of: fn(&Size) -> Option<f64>| {
+        let draw = |name: &str, caption: &str, y: &str, value: fn(&Size) -> Option<f64>| {
             let (x, y) = (Axis::logarithmic("grains"), Axis::logarithmic(y));
             let plot = Plot::new(name, caption, x, y);
             let series = names.iter().zip(colours);
             series.fold(plot, |plot, (name, colour)| {
                 let points = self.scaling.iter().filter(|point| point.name == *name);
-                let points = points.filter_map(|point| Some([f64::from(point.grains), of(point)?]));
+                let points =
+                    points.filter_map(|point| Some([f64::from(point.grains), value(point)?]));
                 plot.line(name, colour, points)
             })
         };
@@ -250,18 +267,18 @@ impl Bench {
             .column("memory a grain, B", |size| {
                 Some(size.peak_memory? as f64 / f64::from(size.grains))
             });
-        let micro = |of: fn(&SpeedUp) -> &Spread| move |row: &SpeedUp| 1e6 * of(row).median;
+        let micro = |spread: fn(&SpeedUp) -> &Spread| move |row: &SpeedUp| 1e6 * spread(row).median;
         let on_two = Table::of("two", "", &self.speed_ups)
-            .column("one bed on two", |of| &of.name)
-            .column("grains", |of| of.grains)
-            .column("time a step on one, µs", micro(|of| &of.one))
-            .column("on two, µs", micro(|of| &of.two))
+            .column("one bed on two", |row| &row.name)
+            .column("grains", |row| row.grains)
+            .column("time a step on one, µs", micro(|row| &row.one))
+            .column("on two, µs", micro(|row| &row.two))
             .column("times as fast, median", |row| row.times.median)
             .column("95 % interval", |row| row.times.median_interval())
             .column("least", |row| row.times.least)
             .column("most", |row| row.times.most)
-            .column("times native on two", |of| {
-                Some(of.over_native.as_ref()?.median)
+            .column("times native on two", |row| {
+                Some(row.over_native.as_ref()?.median)
             });
         let answer = "Beds up to 5,000 grains are poured and settled, as deep as the paper's and as wide as they need. Larger ones are \
                       copies of the settled bed side by side, every second one mirrored, and some steps of rest. Grains are numbered \
@@ -278,19 +295,22 @@ impl Bench {
     }
 
     fn machine(&self) -> Section {
-        let of = &self.machine;
-        let load = of.load.map(|load| format!(" Load {load} before."));
+        let machine = &self.machine;
+        let load = machine.load.map(|load| format!(" Load {load} before."));
         let machine = format!(
             "{}, {} processors, {}; caches {} KiB; memory {:.0} GB; {}.{}",
-            of.processor,
-            of.processors,
-            of.vector_unit,
-            of.caches.map(|bytes| (bytes / 1024).to_string()).join(", "),
-            of.memory as f64 / 1e9,
-            of.system,
+            machine.processor,
+            machine.processors,
+            machine.vector_unit,
+            machine
+                .caches
+                .map(|bytes| (bytes / 1024).to_string())
+                .join(", "),
+            machine.memory as f64 / 1e9,
+            machine.system,
             load.unwrap_or_default()
         );
-        let engine = |of: &Contest| format!("{}: {}", of.name, of.version);
+        let engine = |contest: &Contest| format!("{}: {}", contest.name, contest.version);
         let engines: Vec<String> = self.contests.iter().map(engine).collect();
         Section::new("Machine and commands", machine).with(format!(
             "crossgrain {}: `{}`, {} rounds, {:.0} s. {}. Bed: scene `{}`, state `{}`.",

@@ -48,7 +48,7 @@ impl Machine {
         let memory = field(&text("/proc/meminfo"), "MemTotal");
         let processor = field(&text("/proc/cpuinfo"), "model name");
         let load = text("/proc/loadavg");
-        let kernel = |of: &str| text(&format!("/proc/sys/kernel/{of}"));
+        let kernel = |name: &str| text(&format!("/proc/sys/kernel/{name}"));
         Machine {
             processor: processor.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
             processors: std::thread::available_parallelism().map_or(1, usize::from),

@@ -122,7 +122,7 @@ fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<
         for ((contender, name), times) in ON_TWO.into_iter().zip(&mut all) {
             let id = format!("two/{}", contender.id());
             let wanted = contender == Contender::Native || grains == LARGEST_OF_OTHERS;
-            if !wanted || missed.iter().any(|of| of.id == id) {
+            if !wanted || missed.iter().any(|missing| missing.id == id) {
                 continue;
             }
             match one(contender, 1).and_then(|of_one| Ok((of_one, one(contender, 2)?))) {

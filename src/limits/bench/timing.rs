@@ -247,8 +247,12 @@ mod tests {
     /// Of eleven the second and the tenth, as in tables of the sign test; of five none are far enough out.
     #[test]
     fn medians_have_intervals_by_ranks() {
-        let of = |count: u32| Spread::of((1..=count).map(f64::from).collect());
-        let ends = |count| of(count)?.median_interval().map(|of| [of.low, of.high]);
+        let spread = |count: u32| Spread::of((1..=count).map(f64::from).collect());
+        let ends = |count| {
+            spread(count)?
+                .median_interval()
+                .map(|interval| [interval.low, interval.high])
+        };
         let expected = [(5, None), (6, Some([1.0, 6.0])), (11, Some([2.0, 10.0]))];
         for (count, wanted) in expected {
             assert_eq!(ends(count), wanted);

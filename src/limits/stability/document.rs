@@ -64,10 +64,13 @@ impl Map {
 
     /// The largest |found/predicted − 1|.
     fn farthest(&self) -> f64 {
-        let limits = self.rows.iter().flat_map(|of| [&of.undamped, &of.damped]);
-        let found = limits.flat_map(|of| {
-            let both = [of.native, of.external].into_iter().flatten();
-            both.map(|found| (found.limit() / of.predicted - 1.0).abs())
+        let limits = self
+            .rows
+            .iter()
+            .flat_map(|row| [&row.undamped, &row.damped]);
+        let found = limits.flat_map(|limit| {
+            let both = [limit.native, limit.external].into_iter().flatten();
+            both.map(|found| (found.limit() / limit.predicted - 1.0).abs())
         });
         found.fold(0.0, f64::max)
     }
@@ -98,8 +101,8 @@ impl Map {
     fn limits_table(&self) -> Table {
         let name = self.external_name();
         let closed = |row: &Row| Some(row.closed.as_ref()?.dt / row.undamped.predicted);
-        let native = |of: &Limits| over(of, of.native);
-        let external = |of: &Limits| over(of, of.external);
+        let native = |limits: &Limits| over(limits, limits.native);
+        let external = |limits: &Limits| over(limits, limits.external);
         let at_random = |row: &Row| over(&row.damped, row.damped_at_random);
         let title = "Limits over predicted limits";
         let table = Table::of("stability-limits", title, &self.rows)
@@ -120,8 +123,9 @@ impl Map {
 
     fn choices_table(&self) -> Table {
         let title = "Steps that YADE would choose, over the limit without damping";
-        let over =
-            |of: fn(&Proposal) -> f64| move |row: &Row| of(row.choice()) / row.undamped.predicted;
+        let over = |step: fn(&Proposal) -> f64| {
+            move |row: &Row| step(row.choice()) / row.undamped.predicted
+        };
         Table::of("stability-choices", title, &self.rows)
             .column("scene", |row| Cell::Code(row.name.clone()))
             .column("PWave", over(CHOICES[0].1))
@@ -133,18 +137,18 @@ impl Map {
 
     fn failures_table(&self) -> Table {
         let table = Table::of("stability-failures", "Failure modes", &self.failures)
-            .column("", |of| of.outcome)
-            .column("what is done", |of| &of.title)
-            .column("what happens", |of| &of.happened)
-            .column("who notices", |of| &of.noticed)
-            .column("what is said", |of| &of.says)
-            .column("in YADE", |of| of.yade.as_ref());
+            .column("", |failure| failure.outcome)
+            .column("what is done", |failure| &failure.title)
+            .column("what happens", |failure| &failure.happened)
+            .column("who notices", |failure| &failure.noticed)
+            .column("what is said", |failure| &failure.says)
+            .column("in YADE", |failure| failure.yade.as_ref());
         Table::from(table).without_empty_columns()
     }
 
     fn limits_plot(&self) -> Plot {
-        let points = |of: fn(&Limits) -> Option<Found>| -> Vec<Point> {
-            let percent = |limits: &Limits| Some(100.0 * (over(limits, of(limits))? - 1.0));
+        let points = |found: fn(&Limits) -> Option<Found>| -> Vec<Point> {
+            let percent = |limits: &Limits| Some(100.0 * (over(limits, found(limits))? - 1.0));
             let undamped = self.points(|row| percent(&row.undamped));
             [undamped, self.points(|row| percent(&row.damped))].concat()
         };
@@ -156,8 +160,8 @@ impl Map {
         )
         .level("allowed", Colour::Grey, allowed)
         .level("", Colour::Grey, -allowed)
-        .points("native", Colour::Vermilion, points(|of| of.native))
-        .points(self.external_name(), Colour::Green, points(|of| of.external))
+        .points("native", Colour::Vermilion, points(|limits| limits.native))
+        .points(self.external_name(), Colour::Green, points(|limits| limits.external))
     }
 
     fn choices_plot(&self) -> Plot {
@@ -168,8 +172,8 @@ impl Map {
                 "step over the limit",
             )
             .level("the limit", Colour::Blue, 1.0);
-        for ((name, of), colour) in CHOICES.into_iter().zip([Colour::Vermilion, Colour::Green]) {
-            let points = self.points(|row| Some(of(row.choice()) / row.undamped.predicted));
+        for ((name, step), colour) in CHOICES.into_iter().zip([Colour::Vermilion, Colour::Green]) {
+            let points = self.points(|row| Some(step(row.choice()) / row.undamped.predicted));
             plot = plot.points(name, colour, points);
         }
         plot
@@ -183,9 +187,9 @@ impl Map {
     }
 
     /// A point a scene that has the value.
-    fn points(&self, of: impl Fn(&Row) -> Option<f64>) -> Vec<Point> {
+    fn points(&self, value: impl Fn(&Row) -> Option<f64>) -> Vec<Point> {
         let rows = self.rows.iter().enumerate();
-        rows.filter_map(|(at, row)| Some(Point::at(at as f64, of(row)?)))
+        rows.filter_map(|(at, row)| Some(Point::at(at as f64, value(row)?)))
             .collect()
     }
 }
@@ -193,9 +197,11 @@ impl Map {
 type Choice = (&'static str, fn(&Proposal) -> f64);
 
 const CHOICES: [Choice; 3] = [
-    ("PWaveTimeStep", |of| of.p_wave),
-    ("GlobalStiffness", |of| of.global_stiffness),
-    ("GlobalStiffness with viscEl", |of| of.with_dashpots),
+    ("PWaveTimeStep", |proposal| proposal.p_wave),
+    ("GlobalStiffness", |proposal| proposal.global_stiffness),
+    ("GlobalStiffness with viscEl", |proposal| {
+        proposal.with_dashpots
+    }),
 ];
 
 impl Row {

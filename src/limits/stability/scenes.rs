@@ -174,8 +174,8 @@ fn one_contact() -> MapScene {
     let above = grain([0.0, below.position[1] + 2.0 * RADIUS - SQUEEZED * RADIUS]);
     let law = suite::springs(MODULUS);
     let case = case("one contact", law, gravity(mass), FLOOR, &[below, above]);
-    let of = STIFFNESS / mass;
-    let omega = larger(2.0 * of / ratio, of / ratio.sqrt(), of).sqrt();
+    let square = STIFFNESS / mass;
+    let omega = larger(2.0 * square / ratio, square / ratio.sqrt(), square).sqrt();
     MapScene::new("one-contact", "a grain on a heavy one", case)
         .with_limit(
             2.0 / omega,
@@ -202,8 +202,8 @@ fn grain_on_wall() -> MapScene {
 /// A grain that sticks to the wall sways and turns: the two springs' k_s (1/m + R²/I).
 fn sticking_grain() -> MapScene {
     let case = resting(suite::friction(MODULUS, 1.0, 0.5));
-    let of = &case.bodies;
-    let omega = (STIFFNESS * (1.0 / of.mass[0] + RADIUS * RADIUS / of.inertia[0])).sqrt();
+    let bodies = &case.bodies;
+    let omega = (STIFFNESS * (1.0 / bodies.mass[0] + RADIUS * RADIUS / bodies.inertia[0])).sqrt();
     let title = "a grain on a wall that sticks to it, free to turn, k_s = k_n";
     MapScene::new("sticking-grain", title, case)
         .with_limit(2.0 / omega, "2/√(k_s(1/m + R²/I)) = 2√(m/3k)")
@@ -344,7 +344,8 @@ fn bed(name: &str, grains: u32, made: &mut BTreeMap<String, MapScene>) -> Result
         return Ok(known.clone());
     }
     let mut scene = bed_scene(grains);
-    let rested = |of: &str, scene: &Scene| rested(of, &Model::of(scene), &poured(scene)?, None);
+    let rested =
+        |label: &str, scene: &Scene| rested(label, &Model::of(scene), &poured(scene)?, None);
     let bed = match name {
         "bed-under-punch" => {
             let dense = bed("dense-bed", grains, made)?;
@@ -433,7 +434,7 @@ pub fn rested(name: &str, model: &Model, bodies: &Bodies, punch: Option<Punch>) 
     let mut rests = false;
     watch_case(&resting, &CaseOptions::default(), &mut |moment| {
         let unbalanced = unbalanced_force(-model.gravity[1], bed_of(&moment));
-        rests = moment.step > 0 && unbalanced.is_some_and(|of| of <= AT_REST);
+        rests = moment.step > 0 && unbalanced.is_some_and(|force| force <= AT_REST);
         last = moment.bodies;
         !rests && !asked_to_end()
     })?;

@@ -128,7 +128,7 @@ impl Network {
         }
         let links = start.iter().flat_map(|start| {
             let contacts = start.contacts.iter().zip(&parameters.contacts);
-            contacts.map(|(contact, of)| Link::of(law, contact, of, start))
+            contacts.map(|(contact, effective)| Link::of(law, contact, effective, start))
         });
         Ok(Network {
             links: links.collect(),
@@ -259,11 +259,11 @@ impl Network {
     fn vector(&self, stiffness: f64, damping: f64, top: &Top) -> DVector<f64> {
         let mut vector = DVector::zeros(self.freedoms());
         let mut shares = top.shares.iter();
-        self.each_vector(stiffness, damping, &mut |of, _, _| {
+        self.each_vector(stiffness, damping, &mut |basis, _, _| {
             let Some(share) = shares.next() else {
                 return false;
             };
-            vector.axpy(*share, of, 1.0);
+            vector.axpy(*share, basis, 1.0);
             shares.len() > 0
         });
         unit(vector)
@@ -307,7 +307,7 @@ impl Network {
 }
 
 impl Link {
-    fn of(law: &Law, contact: &Contact, of: &EffectiveContact, moment: &Snapshot) -> Self {
+    fn of(law: &Law, contact: &Contact, effective: &EffectiveContact, moment: &Snapshot) -> Self {
         let bodies = &moment.bodies;
         let ids = BodyIds {
             grains: bodies.len() as u32,
@@ -341,11 +341,11 @@ impl Link {
         Link {
             grains: [one, Some(two)],
             normal: contact.normal,
-            k_n: of.k_n,
-            c_n: of.c_n,
-            k_s: stretch * of.k_s.unwrap_or(0.0),
+            k_n: effective.k_n,
+            c_n: effective.c_n,
+            k_s: stretch * effective.k_s.unwrap_or(0.0),
             // The spring's own share: a dashpot at work is no pre-stress.
-            pre_stress: distance.map_or(0.0, |distance| of.k_n * contact.overlap / distance),
+            pre_stress: distance.map_or(0.0, |distance| effective.k_n * contact.overlap / distance),
             arms: [of_one, arm(radius2, centre(two))],
         }
     }

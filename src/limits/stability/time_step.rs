@@ -57,7 +57,7 @@ pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice> {
     let alpha = scene.damping.alpha();
     let least = least(&looks);
     // Where nothing ever touched the probing step is as good as any.
-    let [limit, undamped] = least.map_or([probe / share; 2], |of| [of.limit, of.undamped]);
+    let [limit, undamped] = least.map_or([probe / share; 2], |look| [look.limit, look.undamped]);
     Ok(StepChoice {
         share,
         time_step: share * limit,
@@ -107,7 +107,7 @@ pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>> {
 /// The largest [`share_of_limit`] of a run's beds.
 pub fn largest_share(run: &RunFolder) -> Result<Option<f64>> {
     let last = run.record.stages.last();
-    let last = last.map_or(Stage::Settle, |of| of.stage);
+    let last = last.map_or(Stage::Settle, |record| record.stage);
     let settled = run.settled.iter().map(|bed| (bed, Stage::Settle));
     let mut largest: Option<f64> = None;
     for (bed, stage) in settled.chain([(&run.last, last)]) {
@@ -239,21 +239,21 @@ pub fn by_formula(case: &Case) -> Result<Proposal> {
     };
     // Of each grain: K along the axes, K about the axes, C.
     let mut sums = vec![[0.0; 7]; bodies.len()];
-    for (contact, of) in contacts.zip(&parameters.contacts) {
+    for (contact, effective) in contacts.zip(&parameters.contacts) {
         if contact.normal_force == 0.0 {
             continue;
         }
-        let k_s = of.k_s.unwrap_or(of.k_n * law.stiffness_ratio);
+        let k_s = effective.k_s.unwrap_or(effective.k_n * law.stiffness_ratio);
         let squares = [contact.normal[0], 0.0, contact.normal[1]].map(|n| n * n);
         let both = [contact.id1, contact.id2].into_iter();
         for id in both.filter(|id| ids.is_grain(*id)) {
             let radius = bodies.radius[id as usize];
             let sums = &mut sums[id as usize];
             for axis in 0..3 {
-                sums[axis] += (of.k_n - k_s) * squares[axis] + k_s;
+                sums[axis] += (effective.k_n - k_s) * squares[axis] + k_s;
                 sums[3 + axis] += k_s * radius * radius * (1.0 - squares[axis]);
             }
-            sums[6] += of.c_n;
+            sums[6] += effective.c_n;
         }
     }
     let [mut p_wave, mut square, mut viscous] = [f64::INFINITY; 3];

@@ -80,14 +80,14 @@ impl Disturbed {
     pub fn at_random(case: &Case, axes: [bool; 2]) -> Result<Self> {
         let mut random = ChaCha8Rng::seed_from_u64(case.bodies.len() as u64);
         let places = [(); 2].map(|()| {
-            let of = |radius: &f64| {
+            let place = |radius: &f64| {
                 let [x, z, angle] = [axes[0], axes[1], true].map(|moves| {
                     let share = symmetric(&mut random);
                     if moves { share } else { 0.0 }
                 });
                 [x, z, angle / radius]
             };
-            case.bodies.radius.iter().flat_map(of).collect()
+            case.bodies.radius.iter().flat_map(place).collect()
         });
         Disturbed::along(case, places)
     }
@@ -95,11 +95,15 @@ impl Disturbed {
     /// Disturbed by what turns its sign with every step: this unit vector in coordinates weighted by √mass, as
     /// [`super::spectrum::Network::fastest_mode`] has it.
     pub fn in_mode(case: &Case, vector: &DVector<f64>) -> Result<Self> {
-        let of = &case.bodies;
+        let bodies = &case.bodies;
         let weighted = vector.iter().enumerate();
         let mode: Vec<f64> = weighted
             .map(|(at, share)| {
-                let inert = if at % 3 == 2 { &of.inertia } else { &of.mass };
+                let inert = if at % 3 == 2 {
+                    &bodies.inertia
+                } else {
+                    &bodies.mass
+                };
                 inert.get(at / 3).map_or(0.0, |inert| share / inert.sqrt())
             })
             .collect();
@@ -132,7 +136,7 @@ impl Disturbed {
                 moments,
                 ..case.clone()
             },
-            places: places.map(|of| of.into_iter().map(|share| size * share).collect()),
+            places: places.map(|shares| shares.into_iter().map(|share| size * share).collect()),
             contacts: overlaps.len(),
         })
     }
@@ -142,15 +146,15 @@ impl Disturbed {
         case.model.dt = dt;
         case.model.alpha = alpha;
         let [now, before] = &self.places;
-        let of = &mut case.bodies;
-        for id in 0..of.len() {
+        let bodies = &mut case.bodies;
+        for id in 0..bodies.len() {
             let moved = [0, 1, 2].map(|axis| now[3 * id + axis]);
             let speed = [0, 1, 2].map(|axis| (moved[axis] - before[3 * id + axis]) / dt);
-            of.x[id] += moved[0];
-            of.z[id] += moved[1];
-            of.vx[id] = speed[0];
-            of.vz[id] = speed[1];
-            if let Some(spin) = of.spin.get_mut(id) {
+            bodies.x[id] += moved[0];
+            bodies.z[id] += moved[1];
+            bodies.vx[id] = speed[0];
+            bodies.vz[id] = speed[1];
+            if let Some(spin) = bodies.spin.get_mut(id) {
                 *spin = speed[2];
             }
         }
@@ -250,7 +254,7 @@ fn turning_energy(three: &[Snapshot]) -> f64 {
         return 0.0;
     };
     let part = |column: fn(&Bodies) -> &Vec<f64>, inert: &[f64]| -> f64 {
-        let [a, b, c] = [before, now, after].map(|of| column(&of.bodies));
+        let [a, b, c] = [before, now, after].map(|snapshot| column(&snapshot.bodies));
         let turning = a.iter().zip(b).zip(c).zip(inert);
         turning
             .map(|(((a, b), c), inert)| {
@@ -260,7 +264,9 @@ fn turning_energy(three: &[Snapshot]) -> f64 {
             .sum()
     };
     let mass = &now.bodies.mass;
-    part(|of| &of.vx, mass) + part(|of| &of.vz, mass) + part(|of| &of.spin, &now.bodies.inertia)
+    part(|bodies| &bodies.vx, mass)
+        + part(|bodies| &bodies.vz, mass)
+        + part(|bodies| &bodies.spin, &now.bodies.inertia)
 }
 
 /// A limit that is to be found in an external engine.
@@ -305,7 +311,7 @@ impl Search {
     }
 
     fn found(&self) -> Option<Found> {
-        let near = |of: &Found| of.unstable / of.stable <= 1.0 + EXTERNAL_RESOLUTION;
+        let near = |found: &Found| found.unstable / found.stable <= 1.0 + EXTERNAL_RESOLUTION;
         self.bracket().filter(near)
     }
 
@@ -333,7 +339,7 @@ impl Search {
         };
         let grown: Vec<bool> = tracks
             .iter()
-            .map(|of| self.disturbed.has_grown(of))
+            .map(|track| self.disturbed.has_grown(track))
             .collect();
         self.trials += steps.len() as u32;
         let first = grown.iter().position(|grown| *grown);

@@ -165,8 +165,8 @@ impl Continuum {
             .points
             .iter()
             .fold(table, |table, ControlPoint { name, offset, .. }| {
-                let at = |of: fn(&Row) -> f64| {
-                    move |rows: &[Row]| rows.iter().find(|row| row.point == *name).map(of)
+                let at = |value: fn(&Row) -> f64| {
+                    move |rows: &[Row]| rows.iter().find(|row| row.point == *name).map(value)
                 };
                 table
                     .column(

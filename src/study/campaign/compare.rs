@@ -112,9 +112,17 @@ pub struct Packings {
 
 impl Packings {
     pub fn of(members: &[Member]) -> Self {
-        let column = |key| members.iter().map(move |of| of.measured.get(key).copied());
-        let columns = QUANTITIES.iter().map(|of| column(of.key).collect());
-        let reached = members.iter().map(|of| of.ending == Ending::Reached);
+        let column = |key| {
+            members
+                .iter()
+                .map(move |member| member.measured.get(key).copied())
+        };
+        let columns = QUANTITIES
+            .iter()
+            .map(|quantity| column(quantity.key).collect());
+        let reached = members
+            .iter()
+            .map(|member| member.ending == Ending::Reached);
         Packings {
             columns: columns.collect(),
             reached: reached.collect(),
@@ -127,17 +135,18 @@ impl Packings {
 
     /// Those at these places, each of which may come more than once.
     pub fn at(&self, places: &[usize]) -> Self {
-        let of = |column: &Vec<Option<f64>>| places.iter().map(|place| column[*place]).collect();
+        let sampled =
+            |column: &Vec<Option<f64>>| places.iter().map(|place| column[*place]).collect();
         Packings {
-            columns: self.columns.iter().map(of).collect(),
+            columns: self.columns.iter().map(sampled).collect(),
             reached: places.iter().map(|place| self.reached[*place]).collect(),
         }
     }
 
     /// With this added to a quantity.
     pub fn moved(mut self, key: &str, by: f64) -> Self {
-        for (of, column) in QUANTITIES.iter().zip(&mut self.columns) {
-            if of.key == key {
+        for (quantity, column) in QUANTITIES.iter().zip(&mut self.columns) {
+            if quantity.key == key {
                 column.iter_mut().flatten().for_each(|value| *value += by);
             }
         }
@@ -156,8 +165,8 @@ impl Packings {
 
 /// Compares two merged campaigns, whose scenes must be the same but for the realizations.
 pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError> {
-    let scene = |of: &Merged| {
-        let mut scene = of.plan.study.scene.clone();
+    let scene = |campaign: &Merged| {
+        let mut scene = campaign.plan.study.scene.clone();
         scene.realization = 0;
         scene.digest()
     };
@@ -167,7 +176,7 @@ pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError
     }
     let bits = bits(&first.rows, &second.rows);
     let same = bits.common > 0 && bits.settled == bits.common && bits.last == bits.common;
-    let sides = [first, second].map(|of| Packings::of(&of.rows));
+    let sides = [first, second].map(|campaign| Packings::of(&campaign.rows));
     let judged = (!same).then(|| judge(&sides[0], &sides[1]).complete(&sides[0], &sides[1]));
     Ok(Comparison {
         engines: [first.summary.engine.clone(), second.summary.engine.clone()],
@@ -180,18 +189,21 @@ pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError
 }
 
 fn bits(first: &[Member], second: &[Member]) -> Bits {
-    let second: BTreeMap<u64, &Member> = second.iter().map(|of| (of.realization, of)).collect();
+    let second: BTreeMap<u64, &Member> = second
+        .iter()
+        .map(|member| (member.realization, member))
+        .collect();
     let mut bits = Bits::default();
-    for of in first {
-        let Some(other) = second.get(&of.realization) else {
+    for member in first {
+        let Some(other) = second.get(&member.realization) else {
             continue;
         };
         // An end without a state has no bits that could be the same.
         let same = |a: &Option<String>, b: &Option<String>| usize::from(a.is_some() && a == b);
         bits.common += 1;
-        bits.settled += same(&of.settled_state, &other.settled_state);
-        if of.ending == other.ending {
-            bits.last += same(&of.loaded_state, &other.loaded_state);
+        bits.settled += same(&member.settled_state, &other.settled_state);
+        if member.ending == other.ending {
+            bits.last += same(&member.loaded_state, &other.loaded_state);
         }
     }
     bits
@@ -201,14 +213,16 @@ fn bits(first: &[Member], second: &[Member]) -> Bits {
 pub fn judge(first: &Packings, second: &Packings) -> Judgement {
     let all = (0..QUANTITIES.len()).map(|index| quantity(index, first, second));
     let mut quantities: Vec<Compared> = all.collect();
-    correct(&mut quantities, |of| &mut of.difference_p);
-    for of in &mut quantities {
-        of.finding = of.margin.map(|_| finding(of));
+    correct(&mut quantities, |compared| &mut compared.difference_p);
+    for compared in &mut quantities {
+        compared.finding = compared.margin.map(|_| finding(compared));
     }
     let missed = proportion::difference(first.missed(), second.missed(), 1.0 - 2.0 * LEVEL);
     Judgement {
         missed,
-        missed_finding: missed.map_or(Finding::Undecided, |of| t_test::finding(&of, MISSED)),
+        missed_finding: missed.map_or(Finding::Undecided, |interval| {
+            t_test::finding(&interval, MISSED)
+        }),
         quantities,
     }
 }
@@ -216,7 +230,7 @@ pub fn judge(first: &Packings, second: &Packings) -> Judgement {
 fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
     let charted = &QUANTITIES[index];
     let (a, b) = (first.values(index), second.values(index));
-    let moments = [&a, &b].map(|of| [mean(of), standard_deviation(of)]);
+    let moments = [&a, &b].map(|values| [mean(values), standard_deviation(values)]);
     let welch = t_test::welch(&a, &b);
     // Where the first has none, any margin will do: nothing is shown.
     let scale = if a.is_empty() { 0.0 } else { moments[0][0] };
@@ -231,11 +245,12 @@ fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
         title: charted.title,
         unit: charted.unit,
         packings,
-        moments: moments.map(|of| of.map(|of| Some(of).filter(|of| of.is_finite()))),
+        moments: moments
+            .map(|side| side.map(|moment| Some(moment).filter(|value| value.is_finite()))),
         share: share.filter(|_| packings != all),
         margin,
-        equivalence_p: judged.and_then(|(of, margin)| Some(of.equivalence(margin)?.1)),
-        difference_p: judged.and_then(|(of, margin)| of.p_beyond(margin)),
+        equivalence_p: judged.and_then(|(test, margin)| Some(test.equivalence(margin)?.1)),
+        difference_p: judged.and_then(|(test, margin)| test.p_beyond(margin)),
         welch,
         ..Compared::default()
     }
@@ -243,19 +258,24 @@ fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
 
 /// Corrects the p values that are there for their number (Holm).
 fn correct(compared: &mut [Compared], p: impl Fn(&mut Compared) -> &mut Option<f64>) {
-    let all: Vec<f64> = compared.iter_mut().filter_map(|of| *p(of)).collect();
+    let all: Vec<f64> = compared
+        .iter_mut()
+        .filter_map(|quantity| *p(quantity))
+        .collect();
     let mut corrected = holm::adjusted(&all).into_iter();
-    for value in compared.iter_mut().map(p).filter(|of| of.is_some()) {
+    for value in compared.iter_mut().map(p).filter(|value| value.is_some()) {
         *value = corrected.next();
     }
 }
 
-fn finding(of: &Compared) -> Finding {
-    let share = of.share.map(|share| t_test::finding(&share, MISSED));
+fn finding(compared: &Compared) -> Finding {
+    let share = compared.share.map(|share| t_test::finding(&share, MISSED));
     let below = |p: Option<f64>| p.is_some_and(|p| p < LEVEL);
-    if below(of.difference_p) || share == Some(Finding::Different) {
+    if below(compared.difference_p) || share == Some(Finding::Different) {
         Finding::Different
-    } else if below(of.equivalence_p) && share.is_none_or(|of| of == Finding::Equivalent) {
+    } else if below(compared.equivalence_p)
+        && share.is_none_or(|found| found == Finding::Equivalent)
+    {
         Finding::Equivalent
     } else {
         Finding::Undecided
@@ -265,14 +285,16 @@ fn finding(of: &Compared) -> Finding {
 /// The share of drawn pairs of campaigns with equal means that are equal in distribution.
 fn power([first, second]: &[Packings; 2]) -> Option<Interval> {
     let mut centred = second.clone();
-    for (index, of) in QUANTITIES.iter().enumerate() {
+    for (index, quantity) in QUANTITIES.iter().enumerate() {
         let off = mean(&first.values(index)) - mean(&second.values(index));
-        centred = centred.moved(of.key, off);
+        centred = centred.moved(quantity.key, off);
     }
     let equal = replicates(&KEY, DRAWN, |source| {
-        let mut draw = |of: &Packings| {
-            let places: Vec<usize> = (0..of.count()).map(|_| source.below(of.count())).collect();
-            of.at(&places)
+        let mut draw = |packings: &Packings| {
+            let places: Vec<usize> = (0..packings.count())
+                .map(|_| source.below(packings.count()))
+                .collect();
+            packings.at(&places)
         };
         judge(&draw(first), &draw(&centred)).verdict() == Verdict::EqualInDistribution
     });
@@ -290,7 +312,7 @@ impl Compared {
         };
         let mut most = self.packings[0].min(self.packings[1]).max(2);
         while !shows(most)? {
-            most = most.checked_mul(2).filter(|of| *of < MOST_PACKINGS)?;
+            most = most.checked_mul(2).filter(|count| *count < MOST_PACKINGS)?;
         }
         let mut least = most / 2;
         while most - least > 1 + least / 20 {
@@ -307,7 +329,10 @@ impl Compared {
 impl Judgement {
     /// Different if one finding is, equal if all are.
     pub fn verdict(&self) -> Verdict {
-        let of_quantities = self.quantities.iter().filter_map(|of| of.finding);
+        let of_quantities = self
+            .quantities
+            .iter()
+            .filter_map(|compared| compared.finding);
         let all: Vec<Finding> = of_quantities.chain([self.missed_finding]).collect();
         match t_test::together(&all) {
             Finding::Different => Verdict::Different,
@@ -318,36 +343,48 @@ impl Judgement {
 
     /// With what is shown and judges nothing: powers and distributions.
     pub fn complete(mut self, first: &Packings, second: &Packings) -> Self {
-        for (index, of) in self.quantities.iter_mut().enumerate() {
-            if of.welch.is_none() {
+        for (index, compared) in self.quantities.iter_mut().enumerate() {
+            if compared.welch.is_none() {
                 continue;
             }
             let sides = [first, second].map(|side| side.values(index));
-            let deviations = sides.each_ref().map(|of| standard_deviation(of));
-            of.power = of
+            let deviations = sides.each_ref().map(|values| standard_deviation(values));
+            compared.power = compared
                 .margin
-                .and_then(|margin| t_test::power(of.packings, deviations, margin));
-            let [a, b] = sides.map(|of| of.into_iter().map(|of| vec![of]).collect::<Vec<_>>());
-            of.distribution = two_samples::compare(&a, &b, PERMUTATIONS);
-            of.distribution_p = of.distribution.as_ref().map(|of| of.kolmogorov_p);
+                .and_then(|margin| t_test::power(compared.packings, deviations, margin));
+            let [a, b] = sides.map(|values| {
+                values
+                    .into_iter()
+                    .map(|value| vec![value])
+                    .collect::<Vec<_>>()
+            });
+            compared.distribution = two_samples::compare(&a, &b, PERMUTATIONS);
+            compared.distribution_p = compared
+                .distribution
+                .as_ref()
+                .map(|distribution| distribution.kolmogorov_p);
         }
-        correct(&mut self.quantities, |of| &mut of.distribution_p);
+        correct(&mut self.quantities, |compared| {
+            &mut compared.distribution_p
+        });
         self
     }
 
     /// How many packings would decide what so many leave open, were the means and shares equal.
     fn needs(&self, packings: [usize; 2]) -> String {
         let open = self.quantities.iter();
-        let open = open.filter(|of| of.finding == Some(Finding::Undecided));
+        let open = open.filter(|compared| compared.finding == Some(Finding::Undecided));
         let mut needed: Vec<Option<usize>> = open.map(Compared::needs).collect();
         if self.missed_finding == Finding::Undecided {
             // The interval's width falls as the square root of their number.
-            let shorter = self.missed.map(|of| 0.5 * (of.high - of.low) / MISSED);
+            let shorter = self
+                .missed
+                .map(|interval| 0.5 * (interval.high - interval.low) / MISSED);
             let least = packings[0].min(packings[1]) as f64;
-            needed.push(shorter.map(|of| (least * (1.1 * of).powi(2)).ceil() as usize));
+            needed.push(shorter.map(|ratio| (least * (1.1 * ratio).powi(2)).ceil() as usize));
         }
         let needed: Option<Vec<usize>> = needed.into_iter().collect();
-        match needed.and_then(|of| of.into_iter().max()) {
+        match needed.and_then(|counts| counts.into_iter().max()) {
             Some(most) if most > packings[0].min(packings[1]) => format!(
                 "where the engines are equal, about {most} packings of each would show it for each of these in {:.0} % of the cases",
                 100.0 * ENOUGH
@@ -358,20 +395,20 @@ impl Judgement {
     }
 
     fn checks(&self) -> Vec<Check> {
-        let check = |of: &Compared| {
-            let outcome = outcome(of.finding?);
+        let check = |compared: &Compared| {
+            let outcome = outcome(compared.finding?);
             let found = match outcome {
                 Outcome::Skipped => "too few packings, or packings without it",
                 _ => "",
             };
-            let id = format!("campaigns/{}", of.key);
+            let id = format!("campaigns/{}", compared.key);
             let mut check = Check {
-                unit: of.unit.to_owned(),
-                n: of.packings[0].min(of.packings[1]) as u64,
-                ..Check::of_words(id, of.title, outcome, found)
+                unit: compared.unit.to_owned(),
+                n: compared.packings[0].min(compared.packings[1]) as u64,
+                ..Check::of_words(id, compared.title, outcome, found)
             };
-            if let Some(welch) = &of.welch {
-                check = check.with_limits(welch.difference.estimate, 0.0, of.margin);
+            if let Some(welch) = &compared.welch {
+                check = check.with_limits(welch.difference.estimate, 0.0, compared.margin);
                 check.interval = Some([welch.difference.low, welch.difference.high]);
             }
             Some(check.judged_by(
@@ -380,7 +417,7 @@ impl Judgement {
             ))
         };
         let id = format!("campaigns/{MISSED_KEY}");
-        let estimate = self.missed.map_or(f64::NAN, |of| of.estimate);
+        let estimate = self.missed.map_or(f64::NAN, |interval| interval.estimate);
         let missed = Check::of_words(id, MISSED_TITLE, outcome(self.missed_finding), "")
             .with_limits(estimate, 0.0, Some(MISSED))
             .judged_by(
@@ -393,32 +430,38 @@ impl Judgement {
 
     fn section(&self) -> Section {
         let table = Table::of("quantities", "Means over packings", &self.quantities)
-            .column("quantity", |of| of.title)
-            .column("unit", |of| of.unit)
-            .column("first", |of| of.moments[0][0])
-            .column("second", |of| of.moments[1][0])
-            .column("packings of the first", |of| of.packings[0])
-            .column("packings of the second", |of| of.packings[1])
-            .column("second − first (95 %)", |of| {
-                of.welch.map(|of| of.difference)
+            .column("quantity", |compared| compared.title)
+            .column("unit", |compared| compared.unit)
+            .column("first", |compared| compared.moments[0][0])
+            .column("second", |compared| compared.moments[1][0])
+            .column("packings of the first", |compared| compared.packings[0])
+            .column("packings of the second", |compared| compared.packings[1])
+            .column("second − first (95 %)", |compared| {
+                compared.welch.map(|test| test.difference)
             })
-            .column("margin", |of| of.margin)
-            .column("packings that have it, second − first (90 %)", |of| {
-                of.share
+            .column("margin", |compared| compared.margin)
+            .column(
+                "packings that have it, second − first (90 %)",
+                |compared| compared.share,
+            )
+            .column("finding", |compared| {
+                compared.finding.map_or("not judged", word)
             })
-            .column("finding", |of| of.finding.map_or("not judged", word))
-            .column("p of equivalence", |of| of.equivalence_p)
-            .column("p of a difference (Holm)", |of| of.difference_p)
-            .column("probability of equivalence if the means are equal", |of| {
-                of.power
-            })
-            .column("p of one distribution (Holm), judges nothing", |of| {
-                of.distribution_p
+            .column("p of equivalence", |compared| compared.equivalence_p)
+            .column("p of a difference (Holm)", |compared| compared.difference_p)
+            .column(
+                "probability of equivalence if the means are equal",
+                |compared| compared.power,
+            )
+            .column("p of one distribution (Holm), judges nothing", |compared| {
+                compared.distribution_p
             });
         let forces = Table::of("missed", "Punches that missed the force", [self])
-            .column("share, second − first (90 %)", |of| of.missed)
+            .column("share, second − first (90 %)", |judgement| {
+                judgement.missed
+            })
             .column("margin", |_| MISSED)
-            .column("finding", |of| word(of.missed_finding));
+            .column("finding", |judgement| word(judgement.missed_finding));
         Section::new("Quantities", "").with(table).with(forces)
     }
 }
@@ -449,11 +492,11 @@ impl Comparison {
             return verdict;
         };
         let of_quantities = judged.quantities.iter();
-        let all = of_quantities.filter_map(|of| Some((of.finding?, of.title)));
+        let all = of_quantities.filter_map(|compared| Some((compared.finding?, compared.title)));
         let all: Vec<_> = all.chain([(judged.missed_finding, MISSED_TITLE)]).collect();
         let named = |wanted| {
-            let own = all.iter().filter(|of| of.0 == wanted);
-            own.map(|of| of.1).collect::<Vec<&str>>()
+            let own = all.iter().filter(|pair| pair.0 == wanted);
+            own.map(|pair| pair.1).collect::<Vec<&str>>()
         };
         let (count, [first, second]) = (all.len(), self.packings);
         let open = named(Finding::Undecided).len();

@@ -15,8 +15,8 @@ use crate::study::search::space::{AXES, told};
 /// So many settings are named in a sentence.
 const NAMED: usize = 5;
 
-const fn word(of: Verdict) -> &'static str {
-    match of {
+const fn word(verdict: Verdict) -> &'static str {
+    match verdict {
         Verdict::ComesOut => "comes out",
         Verdict::DoesNot => "does not",
         Verdict::Undecided => "undecided",
@@ -24,14 +24,20 @@ const fn word(of: Verdict) -> &'static str {
     }
 }
 
-fn kilo(of: Interval) -> Interval {
-    of.over(1.0e3)
+fn kilo(interval: Interval) -> Interval {
+    interval.over(1.0e3)
 }
 
 /// For people: kPa with the half width of the interval.
-fn kilopascals(of: Option<Interval>) -> Cell {
-    let words = |of: Interval| format!("{:.2} ± {:.2}", of.estimate, 0.5 * (of.high - of.low));
-    of.map(kilo).map(words).into()
+fn kilopascals(stress: Option<Interval>) -> Cell {
+    let words = |interval: Interval| {
+        format!(
+            "{:.2} ± {:.2}",
+            interval.estimate,
+            0.5 * (interval.high - interval.low)
+        )
+    };
+    stress.map(kilo).map(words).into()
 }
 
 impl Candidates {
@@ -60,15 +66,15 @@ impl Candidates {
     fn laws(&self) -> Section {
         // Settings that load the same bed have the same layers.
         let mut rows: Vec<(&Found, &Layer)> = Vec::new();
-        for of in &self.settings {
-            for layer in &of.layers {
+        for found in &self.settings {
+            for layer in &found.layers {
                 if rows.iter().all(|(_, seen)| *seen != layer) {
-                    rows.push((of, layer));
+                    rows.push((found, layer));
                 }
             }
         }
         let table = Table::of("laws", "Which law holds at which depth", rows)
-            .column("setting", |(of, _)| of.name())
+            .column("setting", |(found, _)| found.name())
             .column("depth, m", |(_, layer)| layer.depth)
             .column("best, or not told from it", |(_, layer)| {
                 let level = layer.level().map(Family::title);
@@ -84,7 +90,7 @@ impl Candidates {
     }
 
     fn setting(&self, id: &str) -> Option<&Found> {
-        self.settings.iter().find(|of| of.setting.id == id)
+        self.settings.iter().find(|found| found.setting.id == id)
     }
 
     fn named(&self, id: &str) -> &str {
@@ -93,12 +99,15 @@ impl Candidates {
 
     fn answer(&self) -> String {
         let [shown, open] = [Some(true), None].map(|wanted| {
-            let of = self.settings.iter().filter(|of| of.gives_all() == wanted);
-            of.map(Found::described).collect::<Vec<String>>()
+            let matching = self
+                .settings
+                .iter()
+                .filter(|found| found.gives_all() == wanted);
+            matching.map(Found::described).collect::<Vec<String>>()
         });
-        let names = |before: &str, of: &[String]| match of.len() {
+        let names = |before: &str, settings: &[String]| match settings.len() {
             0 => String::new(),
-            1..=NAMED => before.to_owned() + &of.join(", "),
+            1..=NAMED => before.to_owned() + &settings.join(", "),
             many => format!("{before}{many} of them"),
         };
         let first = format!(
@@ -109,19 +118,23 @@ impl Candidates {
             names(": ", &shown),
             names("; undecided: ", &open)
         );
-        let nearest = self.settings.iter().min_by_key(|of| {
-            let come_out = of.count(Verdict::ComesOut);
-            (of.missed().len(), of.figures.len() - come_out)
+        let nearest = self.settings.iter().min_by_key(|found| {
+            let come_out = found.count(Verdict::ComesOut);
+            (found.missed().len(), found.figures.len() - come_out)
         });
-        let nearest = nearest.filter(|of| !of.missed().is_empty());
-        let nearest = nearest.map_or(String::new(), |of| {
+        let nearest = nearest.filter(|found| !found.missed().is_empty());
+        let nearest = nearest.map_or(String::new(), |found| {
             format!(
                 " Least is missed by \"{}\": {}.",
-                of.described(),
-                of.missed().join("; ")
+                found.described(),
+                found.missed().join("; ")
             )
         });
-        let mut names: Vec<&str> = self.halvings.iter().map(|of| of.name.as_str()).collect();
+        let mut names: Vec<&str> = self
+            .halvings
+            .iter()
+            .map(|halving| halving.name.as_str())
+            .collect();
         names.dedup();
         let quiet = names.into_iter().map(|name| self.quasi_static(name));
         let quiet: String = quiet.collect();
@@ -130,15 +143,17 @@ impl Candidates {
 
     /// Whether a ladder of speeds ends where nothing changes any more, in words.
     fn quasi_static(&self, name: &str) -> String {
-        let own = || self.halvings.iter().filter(|of| of.name == name);
+        let own = || self.halvings.iter().filter(|halving| halving.name == name);
         let Some(last) = own().next_back() else {
             return String::new();
         };
         match last.finding {
             Finding::Equivalent => {
                 let all: Vec<&Halving> = own().collect();
-                let changing = all.iter().rposition(|of| of.finding != Finding::Equivalent);
-                let from = &all[changing.map_or(0, |of| of + 1)].from;
+                let changing = all
+                    .iter()
+                    .rposition(|halving| halving.finding != Finding::Equivalent);
+                let from = &all[changing.map_or(0, |index| index + 1)].from;
                 format!(
                     " Quasi-static from \"{}\" on: half of the speed changes the load's part by less than a tenth.",
                     self.named(from)
@@ -162,22 +177,22 @@ impl Candidates {
             "Published figures, setting by setting",
             &self.settings,
         )
-        .column("setting", |of| of.name())
-        .column("come out", |of| of.count(Verdict::ComesOut))
+        .column("setting", |found| found.name())
+        .column("come out", |found| found.count(Verdict::ComesOut))
         .column("undecided", Found::open)
-        .column("do not come out", |of| of.missed().join("; "))
-        .column("punches with the force", |of| {
-            format!("{} of {}", of.endings.reached, of.endings.all())
+        .column("do not come out", |found| found.missed().join("; "))
+        .column("punches with the force", |found| {
+            format!("{} of {}", found.endings.reached, found.endings.all())
         })
-        .column("depth of the punch, mm", |of| {
-            of.punch_depth.map(|of| of.over(1.0e-3))
+        .column("depth of the punch, mm", |found| {
+            found.punch_depth.map(|depth| depth.over(1.0e-3))
         })
         .column(
             "share of the weight that the floor bears before the load",
-            |of| of.by_floor,
+            |found| found.by_floor,
         );
         let x = Axis::linear("ours over published, 95 %").within(0.0, 2.0);
-        let names = self.settings.iter().map(|of| of.name());
+        let names = self.settings.iter().map(|found| found.name());
         let y = Axis::of_names("", names);
         let last = self.settings.len() as f64 - 0.5;
         let band = [[0.9, -0.5, last], [1.1, -0.5, last]];
@@ -187,8 +202,8 @@ impl Candidates {
         for (point, colour) in POINTS.iter().zip(Colour::OF_LINES) {
             let id = format!("stress.{point}");
             let rows = self.settings.iter().enumerate();
-            let points = rows.filter_map(|(row, of)| {
-                let judged = of.figures.iter().find(|of| of.id == id)?;
+            let points = rows.filter_map(|(row, found)| {
+                let judged = found.figures.iter().find(|judged| judged.id == id)?;
                 let over = judged.value?.over(figure(judged)?.value);
                 Some(crate::study::figures::in_row(&over, row, [0.0, 2.0], 1))
             });
@@ -209,9 +224,9 @@ impl Candidates {
     fn drawn(&self) -> Vec<&Found> {
         let slowest = |wanted: bool| {
             let mut all = self.settings.iter().rev();
-            all.find(move |of| {
-                let with = of.setting.id.starts_with("rest-friction");
-                of.setting.id.starts_with("rest") && with == wanted && of.bears()
+            all.find(move |found| {
+                let with = found.setting.id.starts_with("rest-friction");
+                found.setting.id.starts_with("rest") && with == wanted && found.bears()
             })
         };
         let first = self.settings.first();
@@ -220,18 +235,21 @@ impl Candidates {
     }
 
     fn taken_apart(&self) -> Section {
-        let control = |of: &&Parts| POINTS.contains(&&*of.point);
-        let rows = self
-            .settings
-            .iter()
-            .flat_map(|of| of.parts.iter().filter(control).map(move |part| (of, part)));
-        let kilo = |of: f64| format!("{:.2}", 1.0e-3 * of);
+        let control = |part: &&Parts| POINTS.contains(&&*part.point);
+        let rows = self.settings.iter().flat_map(|found| {
+            found
+                .parts
+                .iter()
+                .filter(control)
+                .map(move |part| (found, part))
+        });
+        let kilo = |stress: f64| format!("{:.2}", 1.0e-3 * stress);
         let table = Table::of(
             "parts",
             "Local mean of σ_zz, kPa, with 95 % intervals",
             rows,
         )
-        .column("setting", |(of, _)| of.name())
+        .column("setting", |(found, _)| found.name())
         .column("point", |(_, part)| &part.point)
         .column("before the load", |(_, part)| kilopascals(part.before))
         .column("theory", move |(_, part)| kilo(part.theory[0]))
@@ -242,13 +260,13 @@ impl Candidates {
                      both sides of the punch together. Settings that differ in loading have the same bed before it.";
         let section = Section::new("Taken apart", words);
         // Three points are no line.
-        let lines = |of: &&Found| of.parts.len() > POINTS.len();
+        let lines = |found: &&Found| found.parts.len() > POINTS.len();
         let Some(first) = self.settings.first().filter(lines) else {
             return section.with(table);
         };
-        let depth = first.parts.first().map_or(0.0, |of| of.depth);
-        let aside = |of: &Parts| (of.depth == depth).then_some(of.offset);
-        let below = |of: &Parts| (of.offset == 0.0).then_some(of.depth);
+        let depth = first.parts.first().map_or(0.0, |part| part.depth);
+        let aside = |part: &Parts| (part.depth == depth).then_some(part.offset);
+        let below = |part: &Parts| (part.offset == 0.0).then_some(part.depth);
         let across = "horizontal distance from the punch's axis, m";
         let beside = "What the load adds at the control points' depth";
         let earlier = "What the bed bears there before the load";
@@ -271,9 +289,11 @@ impl Candidates {
         let y = Axis::linear("local mean of σ_zz, kPa");
         let mut plot = Plot::new(name, caption, Axis::linear(x), y);
         let drawn = self.drawn();
-        let sorted = |of: &Found| {
-            let all = of.parts.iter();
-            let all = all.filter_map(|of| Some((place(of)?, [of.before, of.added], of.theory)));
+        let sorted = |found: &Found| {
+            let all = found.parts.iter();
+            let all = all.filter_map(|parts| {
+                Some((place(parts)?, [parts.before, parts.added], parts.theory))
+            });
             let mut all: Vec<(f64, [Option<Interval>; 2], [f64; 2])> = all.collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
             all.into_iter()
@@ -282,40 +302,40 @@ impl Candidates {
             let theory = sorted(first).map(|(at, _, theory)| [at, 1.0e-3 * theory[part]]);
             plot = plot.line("theory", Colour::Grey, theory);
         }
-        for (of, colour) in drawn.into_iter().zip(Colour::OF_LINES) {
-            let points = sorted(of).filter_map(|(at, found, _)| {
+        for (setting, colour) in drawn.into_iter().zip(Colour::OF_LINES) {
+            let points = sorted(setting).filter_map(|(at, found, _)| {
                 let found = kilo(found[part]?);
                 Some(Point::at(at, found.estimate).between(found.low, found.high))
             });
-            plot = plot.points(of.name(), colour, points);
+            plot = plot.points(setting.name(), colour, points);
         }
         plot
     }
 
     /// What each choice changes against our default; none where no choices were varied.
     fn one_at_a_time(&self) -> Option<Section> {
-        let varied = |of: &&Found| reasons().any(|(name, _)| name == of.setting.axis);
+        let varied = |found: &&Found| reasons().any(|(name, _)| name == found.setting.axis);
         let own = self.settings.iter().filter(varied);
         own.clone().next()?;
         let means = PUBLISHED
             .iter()
             .enumerate()
-            .filter(|(_, of)| of.of == Of::Mean);
+            .filter(|(_, figure)| figure.of == Of::Mean);
         let table = Table::of("changes", "What a choice changes, with 95 % intervals", own)
-            .column("setting", |of| of.name());
+            .column("setting", |found| found.name());
         let table = means.fold(table, |table, (index, figure)| {
             let heading = match figure.unit {
                 "1" => figure.title.to_owned(),
                 unit => format!("{}, {unit}", figure.title),
             };
-            table.column(&heading, move |of| of.figures[index].change)
+            table.column(&heading, move |found| found.figures[index].change)
         });
-        let is_varied = |name: &str| self.settings.iter().any(|of| of.setting.axis == name);
+        let is_varied = |name: &str| self.settings.iter().any(|found| found.setting.axis == name);
         let reasons = reasons().filter(|(name, _)| is_varied(name));
         let reasons = Table::of("reasons", "Why each choice is varied", reasons)
-            .column("choice", |of| of.0)
-            .column("what the paper says, and the range", |of| of.1);
-        let base = self.settings.first().map_or("", |of| of.name());
+            .column("choice", |reason| reason.0)
+            .column("what the paper says, and the range", |reason| reason.1);
+        let base = self.settings.first().map_or("", |found| found.name());
         let crossed = match is_varied(SPEED_AND_DAMPING) {
             true => " (punch speed and damping are crossed)",
             false => "",
@@ -335,28 +355,28 @@ impl Candidates {
     fn limits(&self) -> Option<Section> {
         self.halvings.first()?;
         let more = |index: usize| {
-            move |of: &Halving| {
-                let found = of.more.get(index).copied().flatten()?;
-                let [low, high] = [found.low, found.high].map(|of| 100.0 * of);
+            move |halving: &Halving| {
+                let found = halving.more.get(index).copied().flatten()?;
+                let [low, high] = [found.low, found.high].map(|share| 100.0 * share);
                 Some(format!("{low:+.0} to {high:+.0} %"))
             }
         };
-        let finding = |of: &Halving| match of.finding {
+        let finding = |halving: &Halving| match halving.finding {
             Finding::Equivalent => "nothing changes",
             Finding::Different => "it changes",
             Finding::Undecided => "undecided",
         };
         let speed = |id: &str| {
             let found = self.setting(id);
-            found.map_or(0.0, |of| of.setting.specification.scene.loading.speed)
+            found.map_or(0.0, |found| found.setting.specification.scene.loading.speed)
         };
-        let step = |of: &Halving| {
-            let [from, to] = [&of.from, &of.to].map(|id| speed(id));
-            format!("{}: {from} to {to} m/s", of.name)
+        let step = |halving: &Halving| {
+            let [from, to] = [&halving.from, &halving.to].map(|id| speed(id));
+            format!("{}: {from} to {to} m/s", halving.name)
         };
-        let reached = |of: &Halving| {
-            let [before, after] = of.reached;
-            format!("{before}, then {after} of {}", of.all)
+        let reached = |halving: &Halving| {
+            let [before, after] = halving.reached;
+            format!("{before}, then {after} of {}", halving.all)
         };
         let title = "What half of the speed adds more, of the theory's load (90 %)";
         let table = Table::of("halvings", title, &self.halvings)
@@ -377,14 +397,14 @@ impl Candidates {
         let found = || {
             self.settings
                 .iter()
-                .filter(|of| of.setting.at.len() == AXES.len())
+                .filter(|found| found.setting.at.len() == AXES.len())
         };
         let title = "Choices of the search's settings, the least implausible first";
         let axes = Table::of("choices", title, AXES.iter().enumerate());
         let axes = axes.column("choice", |(_, axis)| axis.name);
-        let table = found().fold(axes, |table, of| {
-            table.column(of.name(), |(index, axis)| {
-                axis.scale.words(of.setting.at[index])
+        let table = found().fold(axes, |table, found| {
+            table.column(found.name(), |(index, axis)| {
+                axis.scale.words(found.setting.at[index])
             })
         });
         let section = Section::new(
@@ -398,22 +418,28 @@ impl Candidates {
 
     fn every_number(&self) -> Section {
         let rows = self.settings.iter();
-        let rows = rows.flat_map(|of| of.figures.iter().map(move |figure| (of, figure)));
+        let rows = rows.flat_map(|found| found.figures.iter().map(move |figure| (found, figure)));
         let table = Table::of("numbers", "Every figure of every setting", rows)
-            .column("setting", |(of, _)| of.name())
-            .column("figure", |(_, of)| figure(of).map(|of| &of.title))
-            .column("published", |(_, of)| figure(of).map(|of| of.value))
-            .column("ours (95 %)", |(_, of)| of.value)
-            .column("unit", |(_, of)| figure(of).map(|of| of.unit))
-            .column("verdict", |(_, of)| word(of.verdict))
-            .column("bear nothing", |(_, of)| of.zeros)
-            .column("packings", |(_, of)| of.packings);
+            .column("setting", |(found, _)| found.name())
+            .column("figure", |(_, judged)| {
+                figure(judged).map(|published| &published.title)
+            })
+            .column("published", |(_, judged)| {
+                figure(judged).map(|published| published.value)
+            })
+            .column("ours (95 %)", |(_, judged)| judged.value)
+            .column("unit", |(_, judged)| {
+                figure(judged).map(|published| published.unit)
+            })
+            .column("verdict", |(_, judged)| word(judged.verdict))
+            .column("bear nothing", |(_, judged)| judged.zeros)
+            .column("packings", |(_, judged)| judged.packings);
         Section::new("Every number", "").with(table)
     }
 }
 
-fn figure(of: &Judged) -> Option<&'static Published> {
-    PUBLISHED.iter().find(|figure| figure.id == of.id)
+fn figure(judged: &Judged) -> Option<&'static Published> {
+    PUBLISHED.iter().find(|figure| figure.id == judged.id)
 }
 
 impl Found {
@@ -438,8 +464,8 @@ impl Found {
     /// What does not come out, for people.
     fn missed(&self) -> Vec<&'static str> {
         let all = self.figures.iter();
-        let all = all.filter(|of| of.verdict == Verdict::DoesNot);
-        let all = all.filter_map(|of| Some(&figure(of)?.title[..]));
+        let all = all.filter(|judged| judged.verdict == Verdict::DoesNot);
+        let all = all.filter_map(|judged| Some(&figure(judged)?.title[..]));
         let force = (!self.bears()).then_some("the force");
         force.into_iter().chain(all).collect()
     }
@@ -450,8 +476,8 @@ impl Found {
     }
 
     fn count(&self, verdict: Verdict) -> usize {
-        let of = self.figures.iter();
-        of.filter(|of| of.verdict == verdict).count()
+        let figures = self.figures.iter();
+        figures.filter(|judged| judged.verdict == verdict).count()
     }
 
     /// That every figure is decided: which way is a finding.

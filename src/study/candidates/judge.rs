@@ -61,14 +61,14 @@ pub struct Layer {
 
 impl Layer {
     pub fn exponential(&self) -> Option<Interval> {
-        let own = self.laws.iter().find(|of| of.0 == Family::Exponential);
-        own.map(|of| of.1)
+        let own = self.laws.iter().find(|law| law.0 == Family::Exponential);
+        own.map(|law| law.1)
     }
 
     /// The best law and those that are not told from it.
     pub fn level(&self) -> impl Iterator<Item = Family> {
-        let own = self.laws.iter().filter(|of| of.1.low <= 0.0);
-        own.map(|of| of.0)
+        let own = self.laws.iter().filter(|law| law.1.low <= 0.0);
+        own.map(|law| law.0)
     }
 }
 
@@ -108,15 +108,17 @@ impl Candidates {
         let all = || plan.beds.settings();
         let verdicts = all().count() * PUBLISHED.len();
         let level = 1.0 - (1.0 - LEVEL) / verdicts.max(1) as f64;
-        let base = all().next().map_or(Vec::new(), |of| members.of(of));
+        let base = all()
+            .next()
+            .map_or(Vec::new(), |setting| members.of(setting));
         let comparisons = all().count() * LAYERS.len() * (Family::OF_STRESSES.len() - 1);
         let of_laws = 1.0 - (1.0 - LEVEL) / comparisons.max(1) as f64;
         let levels = [level, of_laws];
         let found = |setting: &Setting| Found::of(setting, &members.of(setting), &base, levels);
-        let first = all().next().map(|of| &of.specification.scene);
+        let first = all().next().map(|setting| &setting.specification.scene);
         Candidates {
-            scene_digest: first.map_or(String::new(), |of| of.digest()),
-            grains: first.map_or(0, |of| of.particles.count),
+            scene_digest: first.map_or(String::new(), |scene| scene.digest()),
+            grains: first.map_or(0, |scene| scene.particles.count),
             clouds: plan.beds.clouds(),
             settings: all().map(found).collect(),
             halvings: halvings(plan, members),
@@ -128,7 +130,7 @@ impl Found {
     fn of(setting: &Setting, rows: &[&Member], base: &[&Member], levels: [f64; 2]) -> Self {
         let judged = PUBLISHED.iter();
         let judged = judged.map(|figure| judge(figure, rows, base, levels[0]));
-        let of = |key: &str| mean_interval(&values(rows, key), LEVEL);
+        let mean = |key: &str| mean_interval(&values(rows, key), LEVEL);
         let layers = LAYERS.into_iter();
         let layers = layers.filter_map(|depth| layer(rows, depth, levels[1]));
         Found {
@@ -136,8 +138,8 @@ impl Found {
             endings: Endings::of(rows.iter().copied()),
             figures: judged.collect(),
             parts: parts(setting, rows),
-            punch_depth: of("loaded.punch.depth"),
-            by_floor: of("settled.support.by_floor"),
+            punch_depth: mean("loaded.punch.depth"),
+            by_floor: mean("settled.support.by_floor"),
             layers: layers.collect(),
         }
     }
@@ -145,12 +147,12 @@ impl Found {
     /// Whether the punch may get its force in so many packings.
     pub fn bears(&self) -> bool {
         let found = wilson(self.endings.reached, self.endings.all(), LEVEL);
-        found.is_none_or(|of| of.high >= BEARS)
+        found.is_none_or(|share| share.high >= BEARS)
     }
 
     /// Whether all published figures come out, of beds that bear the force; none while some are undecided.
     pub fn gives_all(&self) -> Option<bool> {
-        let any = |wanted| self.figures.iter().any(|of| of.verdict == wanted);
+        let any = |wanted| self.figures.iter().any(|judged| judged.verdict == wanted);
         match any(Verdict::DoesNot) || !self.bears() {
             true => Some(false),
             false if any(Verdict::Undecided) || any(Verdict::Skipped) => None,
@@ -161,9 +163,9 @@ impl Found {
 
 /// Local mean of σ_zz at a point: before the load, and what it adds.
 fn two_parts(row: &Member, point: &str) -> Option<[f64; 2]> {
-    let of = |moment: &str| row.of_both_sides(&format!("{moment}.stress.{point}.local_zz"));
-    let before = of("settled")?;
-    Some([before, of("loaded")? - before])
+    let stress = |moment: &str| row.of_both_sides(&format!("{moment}.stress.{point}.local_zz"));
+    let before = stress("settled")?;
+    Some([before, stress("loaded")? - before])
 }
 
 /// None where a law could not be fitted to most packings.
@@ -177,10 +179,10 @@ fn layer(rows: &[&Member], depth: f64, level: f64) -> Option<Layer> {
         return None;
     }
     let all = 0..Family::OF_STRESSES.len();
-    let total = |law: &usize| densities.iter().map(|of| of[*law]).sum::<f64>();
+    let total = |law: &usize| densities.iter().map(|packing| packing[*law]).sum::<f64>();
     let best = all.clone().max_by(|a, b| total(a).total_cmp(&total(b)))?;
     let behind = |law: usize| {
-        let ahead = densities.iter().map(|of| of[best] - of[law]);
+        let ahead = densities.iter().map(|packing| packing[best] - packing[law]);
         let ahead = mean_interval(&ahead.collect::<Vec<f64>>(), level)?;
         Some((Family::OF_STRESSES[law], ahead))
     };
@@ -198,51 +200,53 @@ fn parts(setting: &Setting, rows: &[&Member]) -> Vec<Parts> {
     let field = Field::new(Model::HalfSpace, setup.load);
     let own = setup.points.iter();
     let own = own.filter(|point| !point.name.starts_with(MIRRORED));
-    let of = own.map(|point| {
+    let all = own.map(|point| {
         let both = rows.iter().filter_map(|row| two_parts(row, &point.name));
         let both: Vec<[f64; 2]> = both.collect();
-        let of = |part: usize| {
-            let values: Vec<f64> = both.iter().map(|of| of[part]).collect();
+        let mean = |part: usize| {
+            let values: Vec<f64> = both.iter().map(|pair| pair[part]).collect();
             mean_interval(&values, LEVEL)
         };
         Parts {
             point: point.name.clone(),
             offset: point.offset,
             depth: point.depth,
-            before: of(0),
-            added: of(1),
+            before: mean(0),
+            added: mean(1),
             theory: [
                 setup.weight(point.depth),
                 field.stress(point.offset, point.depth).zz,
             ],
         }
     });
-    of.collect()
+    all.collect()
 }
 
 fn halvings(plan: &Plan, members: &Members) -> Vec<Halving> {
-    let setting = |id: &String| plan.beds.settings().find(|of| of.id == *id);
+    let setting = |id: &String| plan.beds.settings().find(|setting| setting.id == *id);
     let halving = |name: &String, pair: &[String]| {
         let [from, to] = [setting(&pair[0])?, setting(&pair[1])?];
         let control = parts(from, &[]).into_iter().take(POINTS.len());
         let found = control.map(|point| {
             let more = members.of(to).into_iter().filter_map(|slow| {
                 let fast = members.get(&from.specification, slow.realization)?;
-                let of = |row| two_parts(row, &point.point).map(|of| of[1]);
-                Some((of(slow)? - of(fast)?) / point.theory[1])
+                let added = |row| two_parts(row, &point.point).map(|stress| stress[1]);
+                Some((added(slow)? - added(fast)?) / point.theory[1])
             });
             let more: Vec<f64> = more.collect();
             let level = 1.0 - 2.0 * t_test::LEVEL;
-            let finding = equivalence(&more, NOTHING).map(|of| of.0);
+            let finding = equivalence(&more, NOTHING).map(|test| test.0);
             (mean_interval(&more, level), finding)
         });
         let (more, mut findings): (Vec<_>, Vec<Option<Finding>>) = found.unzip();
-        let endings = [from, to].map(|of| Endings::of(members.of(of)));
-        let [fast, slow] = endings.each_ref().map(|of| (of.reached, of.all()));
+        let endings = [from, to].map(|setting| Endings::of(members.of(setting)));
+        let [fast, slow] = endings
+            .each_ref()
+            .map(|counts| (counts.reached, counts.all()));
         let reached = proportion::difference(fast, slow, 1.0 - 2.0 * t_test::LEVEL);
-        findings.push(reached.map(|of| t_test::finding(&of, NOTHING)));
+        findings.push(reached.map(|difference| t_test::finding(&difference, NOTHING)));
         let findings = findings.into_iter();
-        let findings = findings.map(|of| of.unwrap_or(Finding::Undecided));
+        let findings = findings.map(|finding| finding.unwrap_or(Finding::Undecided));
         Some(Halving {
             name: name.clone(),
             from: from.id.clone(),
@@ -254,7 +258,12 @@ fn halvings(plan: &Plan, members: &Members) -> Vec<Halving> {
         })
     };
     let ladders = plan.ladders.iter();
-    let all = ladders.flat_map(|of| of.settings.windows(2).map(move |pair| (&of.name, pair)));
+    let all = ladders.flat_map(|ladder| {
+        ladder
+            .settings
+            .windows(2)
+            .map(move |pair| (&ladder.name, pair))
+    });
     all.filter_map(|(name, pair)| halving(name, pair)).collect()
 }
 
@@ -304,14 +313,16 @@ fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> 
     let values: Vec<f64> = values.collect();
     // Shapes are those of grains that bear load.
     let parted = (figure.of != Of::Mean).then(|| Parted::loads(&values));
-    let zeros = parted.as_ref().and_then(|of| of.share_of_zeros(LEVEL));
-    let values = parted.map_or(values, |of| of.others);
+    let zeros = parted
+        .as_ref()
+        .and_then(|parted| parted.share_of_zeros(LEVEL));
+    let values = parted.map_or(values, |parted| parted.others);
     let fewest = FEWEST[usize::from(figure.of != Of::Mean)];
     let enough = Some(&values).filter(|values| values.len() >= fewest);
     let at = |level: f64| interval(figure.of, enough?, level);
     let found = at(LEVEL);
     let [low, high] = figure.limits();
-    let near = found.is_some_and(|of| low <= of.estimate && of.estimate <= high);
+    let near = found.is_some_and(|interval| low <= interval.estimate && interval.estimate <= high);
     let reached = Endings::of(rows.iter().copied()).reached as f64;
     Judged {
         id: figure.id.to_owned(),
@@ -338,8 +349,8 @@ fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
 }
 
 /// t for a mean, the bootstrap (BCa) for a variation, the influence function for a share.
-fn interval(of: Of, values: &[f64], level: f64) -> Option<Interval> {
-    match of {
+fn interval(statistic: Of, values: &[f64], level: f64) -> Option<Interval> {
+    match statistic {
         Of::Mean => mean_interval(values, level),
         Of::Variation => bootstrap::coefficient_of_variation(values, level),
         Of::ShareAbove(multiple) => {
@@ -352,7 +363,9 @@ fn change(figure: &Published, rows: &[&Member], base: &[&Member]) -> Option<Inte
     let pairs: Vec<(f64, f64)> = rows
         .iter()
         .filter_map(|row| {
-            let same = base.iter().find(|of| of.realization == row.realization)?;
+            let same = base
+                .iter()
+                .find(|member| member.realization == row.realization)?;
             // The base itself has no change.
             (same.specification != row.specification).then_some(())?;
             Some((same.published(figure)?, row.published(figure)?))
@@ -395,19 +408,19 @@ mod tests {
     }
 
     fn judged(id: &str, rows: &[Member], base: &[Member]) -> Judged {
-        let [rows, base] = [rows, base].map(|of| of.iter().collect::<Vec<&Member>>());
+        let [rows, base] = [rows, base].map(|members| members.iter().collect::<Vec<&Member>>());
         let figure = published(id).expect("a published figure");
         judge(figure, &rows, &base, LEVEL)
     }
 
     #[test]
     fn a_verdict_goes_each_way() {
-        let of = |middle, spread| judged("height", &heights(middle, spread), &[]).verdict;
-        assert_eq!(of(0.46, 0.001), Verdict::ComesOut);
-        assert_eq!(of(0.48, 0.001), Verdict::DoesNot);
-        assert_eq!(of(0.469, 0.003), Verdict::Undecided);
+        let verdict = |middle, spread| judged("height", &heights(middle, spread), &[]).verdict;
+        assert_eq!(verdict(0.46, 0.001), Verdict::ComesOut);
+        assert_eq!(verdict(0.48, 0.001), Verdict::DoesNot);
+        assert_eq!(verdict(0.469, 0.003), Verdict::Undecided);
         // Far off or not, where the spread is wide nothing is decided.
-        assert_eq!(of(0.48, 0.02), Verdict::Undecided);
+        assert_eq!(verdict(0.48, 0.02), Verdict::Undecided);
         let few = heights(0.46, 0.001);
         assert_eq!(judged("height", &few[..2], &[]).verdict, Verdict::Skipped);
         assert_eq!(judged("stress.O", &few, &[]).verdict, Verdict::Skipped);
@@ -429,17 +442,17 @@ mod tests {
 
     #[test]
     fn shapes_of_exponential_and_of_equal_stresses() {
-        let of = |id: &str, stress: fn(f64) -> f64, count: u32| {
+        let verdict = |id: &str, stress: fn(f64) -> f64, count: u32| {
             let shares = (0..count).map(|index| (f64::from(index) + 0.5) / f64::from(count));
             let stresses = shares.map(|share| Some(stress(share)));
             judged(id, &rows("loaded.stress.O.grain_zz", stresses), &[]).verdict
         };
         let exponential = |share: f64| -(1.0 - share).ln();
         let narrow = |share: f64| 1.0 + share;
-        assert_eq!(of("variation.O", exponential, 2000), Verdict::ComesOut);
-        assert_eq!(of("variation.O", narrow, 40), Verdict::DoesNot);
-        assert_eq!(of("beyond.O", narrow, 40), Verdict::DoesNot);
-        assert_eq!(of("beyond.O", narrow, 7), Verdict::Skipped);
+        assert_eq!(verdict("variation.O", exponential, 2000), Verdict::ComesOut);
+        assert_eq!(verdict("variation.O", narrow, 40), Verdict::DoesNot);
+        assert_eq!(verdict("beyond.O", narrow, 40), Verdict::DoesNot);
+        assert_eq!(verdict("beyond.O", narrow, 7), Verdict::Skipped);
     }
 
     #[test]

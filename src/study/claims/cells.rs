@@ -102,7 +102,7 @@ pub fn continuum(scene: &Scene, moment: Moment, offset: f64, depth: f64, area: f
 /// The sums over growing numbers of cells, of the members that have all of them: a sample for each number.
 fn growing(members: &[Member], moment: Moment, point: &str) -> [Vec<f64>; GROWING.len()] {
     let all = GROWING.map(|cells| sums(members, moment, point, cells));
-    match all.iter().all(|of| of.len() == all[0].len()) {
+    match all.iter().all(|sums| sums.len() == all[0].len()) {
         true => all,
         false => Default::default(),
     }
@@ -129,8 +129,8 @@ fn local(growing: &[Vec<f64>], index: usize) -> Option<Interval> {
     let before = index.checked_sub(1)?;
     let grown = GROWING[index] as f64 / GROWING[before] as f64;
     bootstrap::interval(growing[index].len(), LEVEL, |packings| {
-        let of = |index: usize| coefficient_of_variation(&drawn(&growing[index], packings));
-        (of(index) / of(before)).ln() / grown.ln()
+        let variation = |index: usize| coefficient_of_variation(&drawn(&growing[index], packings));
+        (variation(index) / variation(before)).ln() / grown.ln()
     })
 }
 
@@ -160,13 +160,18 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
 fn volumes(scene: &Scene, members: &[Member], moment: Moment, point: &'static str) -> Volumes {
     let growing = growing(members, moment, point);
     let single = coefficient_of_variation(&sums(members, moment, point, 1));
-    let place = scene.control_points.iter().find(|of| of.name == point);
+    let place = scene
+        .control_points
+        .iter()
+        .find(|place| place.name == point);
     let volume = |index: usize| {
         let cells = GROWING[index];
         let all = together(members, moment, point, cells);
         let place = place.filter(|_| all.len() >= 3)?;
         let sums: Vec<f64> = all.iter().map(|one| one.zz).collect();
-        let mean_of = |of: fn(&Together) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        let mean_of = |quantity: fn(&Together) -> f64| {
+            all.iter().map(quantity).sum::<f64>() / all.len() as f64
+        };
         let (area, rise) = (mean_of(|one| one.cell), mean_of(|one| one.rise));
         let n = cells as f64;
         let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
@@ -180,8 +185,8 @@ fn volumes(scene: &Scene, members: &[Member], moment: Moment, point: &'static st
             continuum: continuum(scene, moment, place.offset, place.depth - rise, area),
             variation,
             slope: local(&growing, index),
-            scaled: variation.map(|of| of.over(1.0 / n.sqrt())),
-            shape: shape.map(|of| of.over(n)),
+            scaled: variation.map(|interval| interval.over(1.0 / n.sqrt())),
+            shape: shape.map(|interval| interval.over(n)),
             correlation: (cells > 1 && single.is_finite())
                 .then(|| (n * ratio * ratio - 1.0) / (n - 1.0)),
         })
@@ -208,9 +213,9 @@ pub fn independence(members: &[Member]) -> Claim {
     for moment in Moment::BOTH {
         for point in POINTS {
             let around = nearest(members, moment, point, TOGETHER);
-            let of =
+            let column =
                 |index: usize| -> Vec<f64> { around.iter().map(|cells| cells[index].zz).collect() };
-            let (first, second) = (of(0), of(1));
+            let (first, second) = (column(0), column(1));
             let name = format!("{point}, {}", moment.words());
             let number = Number::new(around.len(), |level| pair(&first, &second, level));
             let what = format!("{name}: correlation of the two nearest cells");
@@ -221,7 +226,7 @@ pub fn independence(members: &[Member]) -> Claim {
             }
             found.push(format!("{name} {:+.2}", row.estimate()));
             rows.push(row);
-            let columns: Vec<Vec<f64>> = (0..TOGETHER).map(of).collect();
+            let columns: Vec<Vec<f64>> = (0..TOGETHER).map(column).collect();
             let of_packings = |packings: &[usize]| mean_of_pairs(&columns, packings);
             let number = Number::new(around.len(), |level| {
                 bootstrap::interval(around.len(), level, of_packings)
@@ -243,7 +248,7 @@ pub fn independence(members: &[Member]) -> Claim {
 
 fn pair(first: &[f64], second: &[f64], level: f64) -> Option<Interval> {
     bootstrap::interval(first.len(), level, |packings| {
-        let both = [first, second].map(|of| drawn(of, packings));
+        let both = [first, second].map(|values| drawn(values, packings));
         correlation(&both[0], &both[1]).unwrap_or(f64::NAN)
     })
 }
@@ -277,23 +282,23 @@ fn last_estimate(rows: &[Row]) -> f64 {
 pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
-    for of in series.iter().filter(|of| of.moment == moment) {
-        let growing = growing(members, moment, &of.point);
-        let name = format!("{}: exponent of N", of.point);
+    for scaling in series.iter().filter(|scaling| scaling.moment == moment) {
+        let growing = growing(members, moment, &scaling.point);
+        let name = format!("{}: exponent of N", scaling.point);
         let limits = [-0.5 - EXPONENT, -0.5 + EXPONENT];
         let number = Number::new(growing[0].len(), |level| exponent(&growing, level));
         rows.push(Row::judged(name, limits, number).against(-0.5));
-        let volumes = of.volumes.iter();
+        let volumes = scaling.volumes.iter();
         for one in volumes.filter(|one| [1, 16, 256].contains(&one.cells)) {
-            let sums = sums(members, moment, &of.point, one.cells);
+            let sums = sums(members, moment, &scaling.point, one.cells);
             let scaled = sample::variation(&sums).over(1.0 / (one.cells as f64).sqrt());
-            let name = format!("{}: CV·√N of {} cells", of.point, one.cells);
+            let name = format!("{}: CV·√N of {} cells", scaling.point, one.cells);
             rows.push(Row::judged(name, [1.0 / FACTOR, FACTOR], scaled).against(1.0));
         }
-        if let (Some(exponent), Some(last)) = (of.exponent, of.volumes.last()) {
+        if let (Some(exponent), Some(last)) = (scaling.exponent, scaling.volumes.last()) {
             found.push(format!(
                 "{} N^{:.2}, CV·√N {:.2} at N = {} (mean correlation of two cells {:+.3})",
-                of.point,
+                scaling.point,
                 exponent.estimate,
                 last.scaled.map_or(f64::NAN, |scaled| scaled.estimate),
                 last.cells,
@@ -323,10 +328,10 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
     let limits = [1.0 / (FACTOR * FACTOR), FACTOR * FACTOR];
-    for of in series {
-        let (point, words) = (&of.point, of.moment.words());
+    for scaling in series {
+        let (point, words) = (&scaling.point, scaling.moment.words());
         for cells in JUDGED {
-            let sums = sums(members, of.moment, point, cells);
+            let sums = sums(members, scaling.moment, point, cells);
             let shape = sample::law_shape(Family::Gamma, &Parted::loads(&sums).others);
             let name = format!("{point}, {words}: gamma shape over N of {cells} cells");
             rows.push(Row::judged(name, limits, shape.over(cells as f64)).against(1.0));
@@ -347,20 +352,20 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
 pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
-    for of in series {
-        let Some(last) = of.volumes.last() else {
+    for scaling in series {
+        let Some(last) = scaling.volumes.last() else {
             continue;
         };
-        let (point, words, cells) = (&of.point, of.moment.words(), last.cells);
+        let (point, words, cells) = (&scaling.point, scaling.moment.words(), last.cells);
         let name = |what: &str| format!("{point}, {words}: {what} of {cells} cells");
-        let sums = sums(members, of.moment, point, cells);
+        let sums = sums(members, scaling.moment, point, cells);
         let variation = sample::variation(&sums);
         rows.push(Row::judged(name("CV"), [0.0, GOOD_ENOUGH], variation).against(0.0));
-        let stress = stresses(&together(members, of.moment, point, cells));
+        let stress = stresses(&together(members, scaling.moment, point, cells));
         let over = sample::mean(&stress).over(last.continuum);
         let limits = [1.0 - GOOD_ENOUGH, 1.0 + GOOD_ENOUGH];
         rows.push(Row::judged(name("mean over the continuum's"), limits, over).against(1.0));
-        let from = match of.enough {
+        let from = match scaling.enough {
             Some(cells) if last.packings >= FEWEST => format!("from {cells:.0} cells on"),
             _ => format!("not up to {cells} cells"),
         };

@@ -94,20 +94,20 @@ const GROUPS: [Group; 4] = [
 ];
 
 pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Figures {
-    let distribution = |of: &Group, point: &'static str| {
-        let family = match of.name {
+    let distribution = |group: &Group, point: &'static str| {
+        let family = match group.name {
             "shear" => Family::Laplace,
             _ => Family::Gamma,
         };
-        let theory = unrounded(point).and_then(|parts| (of.theory)(&parts));
-        let values = stress(members, of.moment, point, of.key);
-        let words = [of.name, of.quantity, of.unit];
+        let theory = unrounded(point).and_then(|parts| (group.theory)(&parts));
+        let values = stress(members, group.moment, point, group.key);
+        let words = [group.name, group.quantity, group.unit];
         Distribution::new(words, point, theory, family, &values)
     };
     let cloud = |definition: &'static str, height: &str, porosity: &str| {
         let beds = members.iter().filter_map(|member| {
-            let of = |key: &str| member.measured.get(key).copied();
-            Some([of(height)?, of(porosity)?])
+            let value = |key: &str| member.measured.get(key).copied();
+            Some([value(height)?, value(porosity)?])
         });
         Cloud {
             definition: definition.into(),
@@ -176,7 +176,7 @@ fn named(row: &Row) -> String {
 /// A row a claim with the number that it hangs on; with verdict and the number that this one hangs on for another scene.
 fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
     let both = claims.iter().map(|claim| (claim, claim.hangs_on()));
-    let other = |claim: &Claim| beside.iter().find(|of| of.id == claim.id);
+    let other = |claim: &Claim| beside.iter().find(|other| other.id == claim.id);
     let beside = |claim: &Claim| other(claim)?.hangs_on();
     let all = Table::of(name, "", both)
         .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
@@ -234,17 +234,17 @@ impl Claims {
         let mut choices_beside = None;
         let (beside, words) = match &self.beside {
             None => (&[][..], String::new()),
-            Some(of) => {
+            Some(beside) => {
                 let words = format!(
                     "Beside stand {} members of {} with the choices named below: {}.",
-                    of.members,
-                    of.origin.engine,
-                    listed(&of.verdicts)
+                    beside.members,
+                    beside.origin.engine,
+                    listed(&beside.verdicts)
                 );
                 let named = |[key, _, here]: &[String; 3]| format!("`{key}` {here}");
-                let choices: Vec<String> = of.other_choices.iter().map(named).collect();
+                let choices: Vec<String> = beside.other_choices.iter().map(named).collect();
                 choices_beside = Some(format!("Choices beside: {}.", choices.join(", ")));
-                (&of.claims[..], words)
+                (&beside.claims[..], words)
             }
         };
         let mut sections = vec![
@@ -354,7 +354,7 @@ impl Claims {
         let section = |group: &Group| {
             let all = self.figures.distributions.iter();
             let plots = all
-                .filter(|of| of.name == group.name)
+                .filter(|distribution| distribution.name == group.name)
                 .flat_map(Distribution::plots);
             plots.fold(Section::new(group.title, ""), Section::with)
         };
@@ -453,8 +453,9 @@ impl Claims {
                 let section = Section::new(title, "Line: independent exponential cells.");
                 section.with_all(Moment::BOTH.into_iter().filter_map(|moment| {
                     let all = self.figures.volumes.iter();
-                    let series: Vec<&Volumes> = all.filter(|of| of.moment == moment).collect();
-                    let cells = series.iter().flat_map(|of| &of.volumes);
+                    let series: Vec<&Volumes> =
+                        all.filter(|scaling| scaling.moment == moment).collect();
+                    let cells = series.iter().flat_map(|scaling| &scaling.volumes);
                     let most = cells.map(|one| one.cells).max()?;
                     let name = format!("{name}-{}", moment.key());
                     let caption = format!("{title}, {}", moment.words());
@@ -464,13 +465,13 @@ impl Claims {
                     let plot = Plot::new(&name, caption, x, y.clone());
                     let plot = plot.line("independent cells", Colour::Grey, line);
                     let series = series.into_iter().zip(COLOURS);
-                    Some(series.fold(plot, |plot, (of, colour)| {
-                        let points = of.volumes.iter();
+                    Some(series.fold(plot, |plot, (scaling, colour)| {
+                        let points = scaling.volumes.iter();
                         let points = points.filter_map(|one| {
                             let [value, low, high] = shown(one)?;
                             Some(Point::at(one.cells as f64, value).between(low, high))
                         });
-                        plot.points(&of.point, colour, points)
+                        plot.points(&scaling.point, colour, points)
                     }))
                 }))
             };
@@ -500,7 +501,7 @@ impl Claims {
                 "correlation-and-cells",
                 "Mean correlation of two of the cells, (N CV_N²/CV_1² − 1)/(N − 1)",
                 Axis::linear("mean correlation of two cells"),
-                |one| one.correlation.map(|of| [of; 3]),
+                |one| one.correlation.map(|value| [value; 3]),
                 |_| 0.0,
             ),
         ];
@@ -520,13 +521,13 @@ const COLOURS: [Colour; 4] = [
 /// What is drawn of a volume, with the ends of its interval.
 type Shown = fn(&Volume) -> Option<[f64; 3]>;
 
-fn ends(of: Interval) -> [f64; 3] {
-    [of.estimate, of.low, of.high]
+fn ends(interval: Interval) -> [f64; 3] {
+    [interval.estimate, interval.low, interval.high]
 }
 
-fn limits(of: Judged) -> String {
+fn limits(judged: Judged) -> String {
     let short = |value: f64| rounded(value, 4);
-    match (of.low, of.high) {
+    match (judged.low, judged.high) {
         (Some(low), Some(high)) => format!("{} to {}", short(low), short(high)),
         (Some(low), None) => format!("at least {}", short(low)),
         (None, Some(high)) => format!("at most {}", short(high)),

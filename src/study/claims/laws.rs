@@ -83,10 +83,10 @@ pub fn contests(members: &[Member]) -> Vec<Contest> {
             }
         }
     }
-    let laws = all.iter_mut().flat_map(|of| &mut of.laws);
-    adjust(laws.filter_map(|of| of.as_near.as_mut()));
-    let laws = all.iter_mut().flat_map(|of| &mut of.laws);
-    adjust(laws.filter_map(|of| of.possible.as_mut()));
+    let laws = all.iter_mut().flat_map(|contest| &mut contest.laws);
+    adjust(laws.filter_map(|contender| contender.as_near.as_mut()));
+    let laws = all.iter_mut().flat_map(|contest| &mut contest.laws);
+    adjust(laws.filter_map(|contender| contender.possible.as_mut()));
     all
 }
 
@@ -99,17 +99,20 @@ fn contest(
     let around = sample::nearest(members, moment, point, grains);
     let stress = around.iter().map(|cells| {
         let own = cells.iter().map(|one| one.zz / one.cell);
-        own.filter(|of| *of > 0.0).collect::<Vec<f64>>()
+        own.filter(|value| *value > 0.0).collect::<Vec<f64>>()
     });
     let mut stress: Vec<Vec<f64>> = stress.collect();
     let middle = mean(&stress.concat());
-    stress.iter_mut().flatten().for_each(|of| *of /= middle);
+    stress
+        .iter_mut()
+        .flatten()
+        .for_each(|value| *value /= middle);
     let mut pooled = stress.concat();
     let all = around.len() * grains;
-    let fits = Family::OF_STRESSES.iter().map(|of| of.fit(&pooled));
+    let fits = Family::OF_STRESSES.iter().map(|family| family.fit(&pooled));
     let mut fits: Vec<Distribution> = fits.collect::<Option<_>>()?;
     fits.sort_by(|one, other| {
-        let [one, other] = [one, other].map(|of| of.log_likelihood(&pooled));
+        let [one, other] = [one, other].map(|law| law.log_likelihood(&pooled));
         other.total_cmp(&one)
     });
     let best = fits[0];
@@ -120,11 +123,11 @@ fn contest(
         Contender {
             law: *law,
             behind: difference / pooled.len() as f64,
-            as_near: likelihood::between(best, *law, groups).map(|of| of.p),
+            as_near: likelihood::between(best, *law, groups).map(|found| found.p),
             possible: (grains == 1)
                 .then(|| test(law.family()))
                 .flatten()
-                .map(|of| of.kolmogorov_p),
+                .map(|fit| fit.kolmogorov_p),
         }
     };
     let laws = fits.iter().map(contender).collect();
@@ -153,13 +156,15 @@ impl Contest {
 
     /// The best law and those that are not told from it, for people.
     fn level(&self) -> String {
-        let level = self.laws.iter().filter(|of| of.is_level());
+        let level = self.laws.iter().filter(|contender| contender.is_level());
         let level: Vec<&str> = level.map(Contender::title).collect();
         level.join(", ")
     }
 
     fn of(&self, family: Family) -> Option<&Contender> {
-        self.laws.iter().find(|of| of.law.family() == family)
+        self.laws
+            .iter()
+            .find(|contender| contender.law.family() == family)
     }
 
     /// Shares of grains above multiples of the mean, on a scale where an exponential is a straight line.
@@ -173,15 +178,15 @@ impl Contest {
         let x = Axis::linear("stress over its mean");
         let y = Axis::logarithmic("share above");
         let plot = Plot::new(&name, caption, x, y);
-        let plot = self.laws.iter().fold(plot, |plot, of| {
+        let plot = self.laws.iter().fold(plot, |plot, contender| {
             let place = Family::OF_STRESSES
                 .iter()
-                .position(|own| *own == of.law.family());
+                .position(|own| *own == contender.law.family());
             let colour = place.map_or(Colour::Grey, |place| Colour::OF_LINES[place]);
             let places = (0..=POINTS).map(|index| UP_TO * index as f64 / POINTS as f64);
-            let line = places.map(|at| [at, of.law.survival(at)]);
+            let line = places.map(|at| [at, contender.law.survival(at)]);
             plot.line(
-                of.title(),
+                contender.title(),
                 colour,
                 line.filter(|[_, share]| *share * n as f64 > 0.2),
             )
@@ -202,10 +207,10 @@ pub fn section(contests: &[Contest]) -> Section {
         return Section::new(TITLE, "Too few packings to tell laws apart.");
     }
     let best = |family: Family| {
-        let is_level = |of: &&Contest| of.of(family).is_some_and(Contender::is_level);
+        let is_level = |contest: &&Contest| contest.of(family).is_some_and(Contender::is_level);
         contests.iter().filter(is_level).count()
     };
-    let counts = Family::OF_STRESSES.map(|of| format!("{} {}", of.title(), best(of)));
+    let counts = Family::OF_STRESSES.map(|family| format!("{} {}", family.title(), best(family)));
     let words = format!(
         "Each law is the best, or not told from the best, in so many of {} samples: {}. Two laws are told apart where packings show which of \
          them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Told apart from\" is the number of \
@@ -217,24 +222,28 @@ pub fn section(contests: &[Contest]) -> Section {
         contests.len(),
         counts.join(", ")
     );
-    let exponential = |of: &Contest| of.of(Family::Exponential).cloned();
+    let exponential = |contest: &Contest| contest.of(Family::Exponential).cloned();
     let answers = Table::of("laws", "Which law holds where", contests)
         .column("sample", Contest::title)
         .column("best, or not told from it", Contest::level)
-        .column("exponential: as near as the best, p", move |of| {
-            exponential(of)?.as_near
+        .column("exponential: as near as the best, p", move |contest| {
+            exponential(contest)?.as_near
         })
-        .column("exponential: possible, p", move |of| {
-            exponential(of)?.possible
+        .column("exponential: possible, p", move |contest| {
+            exponential(contest)?.possible
         })
-        .column("best: possible, p", |of| of.laws.first()?.possible)
-        .column("exponential: told apart from, grains", |of| of.seen_from)
-        .column("bear nothing", |of| of.nothing);
+        .column("best: possible, p", |contest| {
+            contest.laws.first()?.possible
+        })
+        .column("exponential: told apart from, grains", |contest| {
+            contest.seen_from
+        })
+        .column("bear nothing", |contest| contest.nothing);
     let rows = contests
         .iter()
-        .flat_map(|of| of.laws.iter().map(move |law| (of, law)));
+        .flat_map(|contest| contest.laws.iter().map(move |law| (contest, law)));
     let every = Table::of("every-law", "Every law in every sample", rows)
-        .column("sample", |(of, _)| of.title())
+        .column("sample", |(contest, _)| contest.title())
         .column("law", |(_, law)| law.title())
         .column("shape or power", |(_, law)| law.form())
         .column(
@@ -243,10 +252,10 @@ pub fn section(contests: &[Contest]) -> Section {
         )
         .column("as near as the best, p", |(_, law)| law.as_near)
         .column("possible, p", |(_, law)| law.possible)
-        .column("packings", |(of, _)| of.packings);
+        .column("packings", |(contest, _)| contest.packings);
     let tails = contests
         .iter()
-        .filter(|of| !of.values.is_empty())
+        .filter(|contest| !contest.values.is_empty())
         .map(Contest::tails);
     Section::new(TITLE, words)
         .with(answers)
@@ -318,11 +327,13 @@ mod tests {
             let singly = contest(&members, Moment::Loaded, "O", 1).expect("all laws fit");
             let nothing = singly.nothing.expect("a grain each");
             assert!(nothing.low < 0.1 && nothing.high > 0.1, "{nothing:?}");
-            let possible = |family| singly.of(family).and_then(|of| of.possible);
+            let possible = |family| singly.of(family).and_then(|contender| contender.possible);
             assert!(possible(law.family()).is_some_and(|p| p > 0.01));
             assert!(possible(told).is_some_and(|p| p < 0.01));
             let best_is_other = law != exponential;
-            let seen = singly.seen_from.is_some_and(|of| (100..400).contains(&of));
+            let seen = singly
+                .seen_from
+                .is_some_and(|grains| (100..400).contains(&grains));
             assert_eq!(seen, best_is_other, "{:?}", singly.seen_from);
         }
         assert!(contest(&[], Moment::Loaded, "O", 1).is_none());

@@ -24,7 +24,7 @@ pub fn near(what: String, theory: f64, number: Number<'_>) -> Row {
 
 /// σ_zz at one point under the load.
 pub fn at_point(members: &[Member], point: &str) -> Option<Claim> {
-    let of = published(&format!("stress.{point}"))?;
+    let figure = published(&format!("stress.{point}"))?;
     let parts = unrounded(point)?;
     let loaded = |what: &str| stress(members, Moment::Loaded, point, what);
     let (grain, local) = (loaded("grain_zz"), loaded("local_zz"));
@@ -34,11 +34,11 @@ pub fn at_point(members: &[Member], point: &str) -> Option<Claim> {
     let bears = Parted::loads(&grain).others;
     let bears = Row::shown("nearest grain, if it bears load", sample::mean(&bears));
     let under_load = members.iter().filter_map(|member| {
-        let of = |moment: Moment| {
+        let local_mean = |moment: Moment| {
             let key = format!("{}.stress.{point}.local_zz", moment.key());
             member.measured.get(&key).copied()
         };
-        Some(of(Moment::Loaded)? - of(Moment::Settled)?)
+        Some(local_mean(Moment::Loaded)? - local_mean(Moment::Settled)?)
     });
     let under_load: Vec<f64> = under_load.collect();
     let load = "the load's part of the local mean";
@@ -52,10 +52,10 @@ pub fn at_point(members: &[Member], point: &str) -> Option<Claim> {
     let verdict = verdict(&rows, Rule::AnyReading);
     let percent = |row: &Row| 100.0 * (row.estimate() / parts.stress - 1.0);
     let load = 100.0 * (rows[2].estimate() / parts.load - 1.0);
-    Some(Claim::of(format!("mean.{point}"), of.place, "means")
+    Some(Claim::of(format!("mean.{point}"), figure.place, "means")
         .says(format!(
             "The mean of σ_zz at {point} over the realizations is the continuum's, {:.1} kPa; no simulated mean is printed.",
-            of.value / 1e3
+            figure.value / 1e3
         ))
         .found(format!(
             "The nearest grain's mean is {:+.0} % off, the local mean {:+.0} %; the load's part alone {load:+.0} %.",
@@ -64,7 +64,7 @@ pub fn at_point(members: &[Member], point: &str) -> Option<Claim> {
         ))
         .decided_by(format!(
             "Mean over all members that got the force within {}. Limits are of the value before rounding.",
-            of.reason
+            figure.reason
         ))
         .with(verdict, rows))
 }
@@ -164,7 +164,7 @@ const NEGLIGIBLE: f64 = 0.01;
 
 fn which_hold(rows: &[Row]) -> String {
     let named = |wanted: Outcome| {
-        let is_it = |row: &&Row| row.judged.is_some_and(|of| of.outcome == wanted);
+        let is_it = |row: &&Row| row.judged.is_some_and(|judged| judged.outcome == wanted);
         let names = rows.iter().filter(is_it).map(|row| row.what.as_str());
         names.collect::<Vec<&str>>().join("; ")
     };
@@ -200,11 +200,11 @@ fn by_definition(
     keys: &[(&str, &str)],
     [says, scatter, open, unit]: [&str; 4],
 ) -> Option<Claim> {
-    let of = published(id)?;
+    let figure = published(id)?;
     let row = |(key, words): &(&str, &str)| {
         let values = measured(members, key);
-        let row = Row::judged(*words, of.limits(), sample::mean(&values)).in_unit(of.unit);
-        row.against(of.value)
+        let row = Row::judged(*words, figure.limits(), sample::mean(&values)).in_unit(figure.unit);
+        row.against(figure.value)
     };
     let mut rows: Vec<Row> = keys.iter().map(row).collect();
     let found = which_hold(&rows);
@@ -214,9 +214,9 @@ fn by_definition(
     });
     let what = format!("standard deviation from bed to bed, {}", keys[0].1);
     let spread = Row::shown(what, spread);
-    rows.push(spread.in_unit(of.unit).against(of.tolerance));
+    rows.push(spread.in_unit(figure.unit).against(figure.tolerance));
     let spread = &rows[keys.len()];
-    Some(Claim::of(id, of.place, "plane")
+    Some(Claim::of(id, figure.place, "plane")
         .says(says)
         .found(format!(
             "Mean {id} within the printed {scatter} by: {found}; from bed to bed it varies by {:.4}{unit}.",
@@ -232,13 +232,15 @@ fn by_definition(
 /// Both at once: they are tied by the area of the grains, n = 1 − S/(L·H).
 pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
     let (height, porosity) = (published("height")?, published("porosity")?);
-    let inside = |of: &Published, value: f64| (value - of.value).abs() <= of.tolerance;
+    let inside = |figure: &Published, value: f64| (value - figure.value).abs() <= figure.tolerance;
     let mut rows = Vec::new();
     let mut mixed = Vec::new();
     for (index, (height_key, height_words)) in HEIGHTS.iter().enumerate() {
         let beds = members.iter().filter_map(|member| {
-            let of = |key: &str| member.measured.get(key).copied();
-            Some(inside(height, of(height_key)?) && inside(porosity, of(POROSITIES[index].0)?))
+            let value = |key: &str| member.measured.get(key).copied();
+            Some(
+                inside(height, value(height_key)?) && inside(porosity, value(POROSITIES[index].0)?),
+            )
         });
         let beds: Vec<bool> = beds.collect();
         let hits = beds.iter().filter(|both| **both).count();
@@ -287,7 +289,12 @@ pub fn solid(scene: &Scene) -> f64 {
 
 /// Every experiment ends with the force 2ap: which members are left out of what follows.
 pub fn reached(members: &[Member]) -> Claim {
-    let ended = |wanted| members.iter().filter(|of| of.ending == wanted).count();
+    let ended = |wanted| {
+        members
+            .iter()
+            .filter(|member| member.ending == wanted)
+            .count()
+    };
     let reached = ended(Ending::Reached);
     let missed = ended(Ending::TargetLoadNotReached);
     let others = members.len() - reached - missed;

@@ -77,11 +77,11 @@ pub fn nearest<'a>(
 }
 
 pub fn together(members: &[Member], moment: Moment, point: &str, grains: usize) -> Vec<Together> {
-    let of = |member| {
+    let cells = |member| {
         let volumes = &around(member, moment, point)?.together;
         volumes.iter().find(|one| one.grains == grains).copied()
     };
-    members.iter().filter_map(of).collect()
+    members.iter().filter_map(cells).collect()
 }
 
 /// A number over packings: its interval at any level.
@@ -93,11 +93,11 @@ pub struct Number<'a> {
 }
 
 impl<'a> Number<'a> {
-    pub fn new(packings: usize, of: impl Fn(f64) -> Option<Interval> + 'a) -> Self {
+    pub fn new(packings: usize, interval: impl Fn(f64) -> Option<Interval> + 'a) -> Self {
         Number {
             packings,
             looked_at: packings,
-            of: Box::new(of),
+            of: Box::new(interval),
         }
     }
 
@@ -132,8 +132,10 @@ pub fn variation(values: &[f64]) -> Number<'_> {
 }
 
 /// Share of packings whose value was set aside, with Wilson's interval.
-pub fn zeros(of: &Parted) -> Number<'_> {
-    Number::new(of.zeros + of.others.len(), |level| of.share_of_zeros(level))
+pub fn zeros(parted: &Parted) -> Number<'_> {
+    Number::new(parted.zeros + parted.others.len(), |level| {
+        parted.share_of_zeros(level)
+    })
 }
 
 /// Share of so many packings, with Wilson's interval.
@@ -148,13 +150,13 @@ pub fn share(hits: usize, packings: usize) -> Number<'static> {
 pub fn law_shape(family: Family, values: &[f64]) -> Number<'static> {
     let found = against_exponential(family, values).map(|found| found.shape);
     Number::new(values.len(), move |level| {
-        let of = found?;
+        let interval = found?;
         let normal = Normal::standard();
         let reach = normal.inverse_cdf(0.5 + 0.5 * level) / normal.inverse_cdf(0.975);
         Some(Interval {
-            estimate: of.estimate,
-            low: of.estimate * (of.low / of.estimate).powf(reach),
-            high: of.estimate * (of.high / of.estimate).powf(reach),
+            estimate: interval.estimate,
+            low: interval.estimate * (interval.low / interval.estimate).powf(reach),
+            high: interval.estimate * (interval.high / interval.estimate).powf(reach),
         })
     })
 }

@@ -77,12 +77,12 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
 /// The share of grains that bear nothing or are pulled, the last of [`rows_of`], in words.
 fn nothing(rows: &[Row]) -> String {
     let share = rows.last().and_then(|row| row.ours);
-    share.map_or(String::new(), |of| {
+    share.map_or(String::new(), |share| {
         format!(
             "{:.1} % ({:.1} to {:.1}) bear nothing or are pulled.",
-            100.0 * of.estimate,
-            100.0 * of.low,
-            100.0 * of.high
+            100.0 * share.estimate,
+            100.0 * share.low,
+            100.0 * share.high
         )
     })
 }
@@ -147,7 +147,9 @@ fn several(claim: Claim, members: &[Member], moment: Moment, what: &str) -> Clai
 }
 
 fn in_words(claims: &[&Claim]) -> String {
-    let said = claims.iter().map(|of| format!("{} {}", of.id, of.word()));
+    let said = claims
+        .iter()
+        .map(|claim| format!("{} {}", claim.id, claim.word()));
     format!("{}.", said.collect::<Vec<String>>().join("; "))
 }
 
@@ -164,9 +166,9 @@ pub fn conclusion(members: &[Member], claims: &[Claim]) -> Claim {
         Some(row.in_unit("Pa"))
     });
     let means = Claim::default().by(Rule::All, rows.collect());
-    let of: Vec<&Claim> = claims.iter().filter(form).collect();
-    let found = in_words(&of);
-    let all: Vec<&Claim> = of.into_iter().chain([&means]).collect();
+    let forms: Vec<&Claim> = claims.iter().filter(form).collect();
+    let found = in_words(&forms);
+    let all: Vec<&Claim> = forms.into_iter().chain([&means]).collect();
     Claim::of("conclusion", "sections 5 and 6", "figure5")
         .says("The mean stress over the realizations is the continuum's, and its distribution is exponential.")
         .found(format!("Means of the same grains {}; {found}", means.word()))
@@ -222,8 +224,8 @@ fn rows_of_shear(name: &str, values: &[f64], unit: &'static str) -> (Vec<Row>, S
     let half_way = 0.5 * (PEAKEDNESS_OF_NORMAL - FRAC_1_SQRT_2);
     let parted = Parted::of(values);
     let values = &parted.others;
-    let of = |what: &str| format!("{name}: {what}");
-    let what = of("mean absolute over standard deviation of grains that bear load");
+    let label = |what: &str| format!("{name}: {what}");
+    let what = label("mean absolute over standard deviation of grains that bear load");
     let limits = [FRAC_1_SQRT_2 - half_way, FRAC_1_SQRT_2 + half_way];
     let number = Number::new(values.len(), |level| {
         bootstrap::of_values(values, level, peakedness)
@@ -237,10 +239,10 @@ fn rows_of_shear(name: &str, values: &[f64], unit: &'static str) -> (Vec<Row>, S
             found = format!("{name} {:.3} (scale {scale:.3} {unit})", row.estimate());
         }
     }
-    let nothing = of("share of grains that bear nothing");
+    let nothing = label("share of grains that bear nothing");
     let rows = vec![
         row,
-        Row::shown(of("mean of them"), sample::mean(values)).in_unit(unit),
+        Row::shown(label("mean of them"), sample::mean(values)).in_unit(unit),
         Row::shown(nothing, sample::zeros(&parted)),
     ];
     (rows, found)
@@ -279,9 +281,18 @@ const SOURCE: &str = "arXiv:1812.08424, summary";
 /// one nearer to the vertical and the one across it; and its shear.
 fn principal(members: &[Member], point: &str) -> [Vec<f64>; 3] {
     let nearest = sample::nearest(members, Moment::Loaded, point, 1);
-    let parts = nearest.iter().map(|of| [of[0].xx, of[0].zz, of[0].xz]);
+    let parts = nearest
+        .iter()
+        .map(|cells| [cells[0].xx, cells[0].zz, cells[0].xz]);
     let parts: Vec<[f64; 3]> = parts.collect();
-    let middle = |part: usize| mean(&parts.iter().map(|of| of[part]).collect::<Vec<f64>>());
+    let middle = |part: usize| {
+        mean(
+            &parts
+                .iter()
+                .map(|stress| stress[part])
+                .collect::<Vec<f64>>(),
+        )
+    };
     // From z towards x, at most an eighth of a turn while σ_zz is the larger one.
     let turn = 0.5 * (2.0 * middle(2)).atan2(middle(1) - middle(0));
     let (sin, cos) = turn.sin_cos();
@@ -289,8 +300,14 @@ fn principal(members: &[Member], point: &str) -> [Vec<f64>; 3] {
         |[xx, zz, xz]: &[f64; 3], [x, z]: [f64; 2]| x * x * xx + z * z * zz + 2.0 * x * z * xz;
     let across = |[xx, zz, xz]: &[f64; 3]| sin * cos * (xx - zz) + (cos * cos - sin * sin) * xz;
     [
-        parts.iter().map(|of| along(of, [sin, cos])).collect(),
-        parts.iter().map(|of| along(of, [cos, -sin])).collect(),
+        parts
+            .iter()
+            .map(|stress| along(stress, [sin, cos]))
+            .collect(),
+        parts
+            .iter()
+            .map(|stress| along(stress, [cos, -sin]))
+            .collect(),
         parts.iter().map(across).collect(),
     ]
 }
@@ -314,9 +331,11 @@ pub fn of_earlier_paper(members: &[Member], others: &[Claim]) -> Vec<Claim> {
         peaks.push(found);
         shear.extend(rows);
     }
-    let means = others
-        .iter()
-        .filter(|of| POINTS.iter().any(|point| of.id == format!("mean.{point}")));
+    let means = others.iter().filter(|claim| {
+        POINTS
+            .iter()
+            .any(|point| claim.id == format!("mean.{point}"))
+    });
     let means: Vec<&Claim> = means.collect();
     let shapes = shapes.join("; ");
     vec![

@@ -39,13 +39,13 @@ impl Search {
         for speed in FROM.windows(2) {
             for (index, high) in UP_TO.iter().enumerate() {
                 let low = index.checked_sub(1).map_or(-1.0, |before| UP_TO[before]);
-                let own = self.observed.iter().filter_map(|of| {
-                    let value = |axis: usize| AXES[axis].scale.value(of.at[axis]);
+                let own = self.observed.iter().filter_map(|observed| {
+                    let value = |axis: usize| AXES[axis].scale.value(observed.at[axis]);
                     let (friction, own) = (value(LOADING_FRICTION), value(PUNCH_SPEED));
                     let within = low < friction
                         && friction <= high + 1e-9
                         && (speed[0]..speed[1] + 1e-9).contains(&own);
-                    Some(of.of.get(REACHED)?.mean).filter(|_| within)
+                    Some(observed.of.get(REACHED)?.mean).filter(|_| within)
                 });
                 let shares: Vec<f64> = own.collect();
                 classes.push(Class {
@@ -61,30 +61,30 @@ impl Search {
 
     pub(super) fn bearing(&self) -> Section {
         let classes = self.borne();
-        let middle = |of: &Class| 0.5 * (of.friction[0] + of.friction[1]);
+        let middle = |class: &Class| 0.5 * (class.friction[0] + class.friction[1]);
         let x = Axis::linear("friction angle between grains in loading, rad");
         let y = Axis::linear("settings of which every punch got the force").within(0.0, 1.0);
         let caption = "Share of settings of which every punch got the force, with 95 % intervals";
         let mut plot = Plot::new("bearing", caption, x, y);
         for (speed, colour) in FROM.windows(2).zip(Colour::OF_LINES) {
-            let own = classes.iter().filter(|of| of.speed[0] == speed[0]);
-            let points = own.filter_map(|of| {
-                let share = of.share()?;
-                Some(Point::at(middle(of), share.estimate).between(share.low, share.high))
+            let own = classes.iter().filter(|class| class.speed[0] == speed[0]);
+            let points = own.filter_map(|class| {
+                let share = class.share()?;
+                Some(Point::at(middle(class), share.estimate).between(share.low, share.high))
             });
             plot = plot.points(&format!("{} to {} m/s", speed[0], speed[1]), colour, points);
         }
         let table = Table::of("bearing", "Settings by friction and speed", classes)
-            .column("friction, rad", |of| match of.friction {
+            .column("friction, rad", |class| match class.friction {
                 [_, 0.0] => "none".to_owned(),
                 [low, high] => format!("above {low}, up to {high}"),
             })
-            .column("speed, m/s", |of| {
-                format!("{} to {}", of.speed[0], of.speed[1])
+            .column("speed, m/s", |class| {
+                format!("{} to {}", class.speed[0], class.speed[1])
             })
-            .column("settings", |of| of.settings)
-            .column("every punch got the force", |of| of.borne)
-            .column("share (95 %)", |of| of.share());
+            .column("settings", |class| class.settings)
+            .column("every punch got the force", |class| class.borne)
+            .column("share (95 %)", |class| class.share());
         let setup = Setup::published();
         let angle = |depth| needed(&setup, depth).to_degrees();
         let words = format!(

@@ -136,7 +136,7 @@ pub fn keep(key: &str) -> bool {
         "settled.support.",
         "loaded.punch.",
     ];
-    of_bed.iter().any(|of| key.starts_with(of))
+    of_bed.iter().any(|prefix| key.starts_with(prefix))
         || key.contains(".stress.") && (key.ends_with(".local_zz") || key.ends_with(".grain_zz"))
 }
 
@@ -168,8 +168,15 @@ impl Search {
             1.0,
             0.02,
         );
-        let means =
-            published().map(|of| (&of.id[..], &of.title[..], of.unit, of.value, deviation(of)));
+        let means = published().map(|figure| {
+            (
+                &figure.id[..],
+                &figure.title[..],
+                figure.unit,
+                figure.value,
+                deviation(figure),
+            )
+        });
         let all = means.chain([reached]);
         let figures = all.map(|(id, title, unit, value, deviation)| Figure {
             id: id.to_owned(),
@@ -203,11 +210,11 @@ impl Search {
         let fit = |index: usize| {
             let figure = &self.figures[index];
             let (value, deviation) = (figure.value, figure.deviation);
-            let observed = self.observed.iter().filter_map(|of| {
-                let sampled = of.of.get(&figure.id)?;
+            let observed = self.observed.iter().filter_map(|observed| {
+                let sampled = observed.of.get(&figure.id)?;
                 Some(Observation {
-                    at: of.at.clone(),
-                    group: of.bed as usize,
+                    at: observed.at.clone(),
+                    group: observed.bed as usize,
                     mean: sampled.mean,
                     variance: sampled.variance,
                 })
@@ -239,30 +246,33 @@ impl Search {
         let matched = self.matched(fitted);
         let all = matched.candidates(&KEY, CANDIDATES);
         self.candidates = all.len();
-        self.left = all.iter().filter(|of| of.is_left()).count() as f64 / all.len() as f64;
+        self.left =
+            all.iter().filter(|candidate| candidate.is_left()).count() as f64 / all.len() as f64;
         let better = matched.better(&KEY, &all, Candidate::worst);
         let mut best: Vec<&Candidate> = all.iter().chain(&better).collect();
         best.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
-        let expectation = |of: &&Candidate| {
+        let expectation = |candidate: &&Candidate| {
             let expected = fitted.iter().map(|(_, emulator)| {
-                let found = emulator.at(&of.at);
+                let found = emulator.at(&candidate.at);
                 [found.mean, found.variance.sqrt()]
             });
             Expectation {
-                at: of.at.clone(),
-                implausibility: of.worst(),
+                at: candidate.at.clone(),
+                implausibility: candidate.worst(),
                 expected: expected.collect(),
             }
         };
         self.best = best.iter().take(SHOWN).map(expectation).collect();
         let least = |one: usize, other: usize| {
-            let worse = |of: &Candidate| of.implausibilities[one].max(of.implausibilities[other]);
+            let worse = |candidate: &Candidate| {
+                candidate.implausibilities[one].max(candidate.implausibilities[other])
+            };
             let found = matched.better(&KEY, &all, worse);
             found.first().map_or(f64::INFINITY, worse)
         };
         for (index, (figure, (_, emulator))) in self.figures.iter_mut().zip(fitted).enumerate() {
             figure.inflation = emulator.inflation;
-            let deviation = |of: &Candidate| emulator.at(&of.at).variance.sqrt();
+            let deviation = |candidate: &Candidate| emulator.at(&candidate.at).variance.sqrt();
             let deviations: Vec<f64> = all.iter().take(500).map(deviation).collect();
             figure.uncertainty = median(&deviations).unwrap_or(f64::INFINITY);
             figure.least = least(index, index);
@@ -272,7 +282,7 @@ impl Search {
         for one in 0..self.figures.len() {
             for other in one + 1..self.figures.len() {
                 self.odds.push(Odds {
-                    figures: [one, other].map(|of| self.figures[of].id.clone()),
+                    figures: [one, other].map(|index| self.figures[index].id.clone()),
                     least: least(one, other),
                 });
             }
@@ -283,7 +293,7 @@ impl Search {
     }
 
     fn of_impossible(&self, fitted: &Fitted) -> Option<f64> {
-        let place = |id: &str| self.figures.iter().position(|of| of.id == id);
+        let place = |id: &str| self.figures.iter().position(|figure| figure.id == id);
         let (one, other) = (place(EXCHANGED[0])?, place(EXCHANGED[1])?);
         let mut exchanged: Fitted = fitted.clone();
         exchanged[one].0 = fitted[other].0;
@@ -301,7 +311,7 @@ impl Search {
 
     pub fn is_none_left(&self) -> bool {
         let best = self.best.first();
-        best.is_some_and(|of| of.implausibility > CUT)
+        best.is_some_and(|expectation| expectation.implausibility > CUT)
     }
 }
 
@@ -309,17 +319,18 @@ impl Map {
     fn of(axes: [usize; 2], all: &[Candidate], better: &[Candidate]) -> Self {
         let mut least = vec![None; BINS * BINS];
         let (mut left, mut count) = (vec![0.0; BINS * BINS], vec![0.0; BINS * BINS]);
-        let bin = |of: &Candidate| {
-            let [x, y] = axes.map(|axis| ((of.at[axis] * BINS as f64) as usize).min(BINS - 1));
+        let bin = |candidate: &Candidate| {
+            let [x, y] =
+                axes.map(|axis| ((candidate.at[axis] * BINS as f64) as usize).min(BINS - 1));
             y * BINS + x
         };
-        for of in all {
-            left[bin(of)] += f64::from(u8::from(of.is_left()));
-            count[bin(of)] += 1.0;
+        for candidate in all {
+            left[bin(candidate)] += f64::from(u8::from(candidate.is_left()));
+            count[bin(candidate)] += 1.0;
         }
-        for of in all.iter().chain(better) {
-            let (least, worst) = (&mut least[bin(of)], of.worst());
-            *least = Some(least.map_or(worst, |of: f64| of.min(worst)));
+        for candidate in all.iter().chain(better) {
+            let (least, worst) = (&mut least[bin(candidate)], candidate.worst());
+            *least = Some(least.map_or(worst, |value: f64| value.min(worst)));
         }
         let shares = left.iter().zip(count);
         let left = shares.map(|(left, count)| left / f64::max(count, 1.0));
@@ -332,13 +343,13 @@ impl Map {
 fn found_again(fitted: &Fitted) -> Option<Interval> {
     let mut left: BTreeMap<Vec<u64>, bool> = BTreeMap::new();
     for (_, emulator) in fitted {
-        for (of, own) in emulator.left_out().iter().zip(&emulator.observed) {
+        for (predicted, own) in emulator.left_out().iter().zip(&emulator.observed) {
             let at = own.at.iter().map(|at| at.to_bits()).collect();
-            let near = (of.mean - own.mean).abs() <= CUT * of.variance.sqrt();
+            let near = (predicted.mean - own.mean).abs() <= CUT * predicted.variance.sqrt();
             *left.entry(at).or_insert(true) &= near;
         }
     }
-    let found = left.values().filter(|of| **of).count();
+    let found = left.values().filter(|near| **near).count();
     proportion::wilson(found, left.len(), 0.95)
 }
 
@@ -348,7 +359,11 @@ type Values = BTreeMap<u64, f64>;
 /// The means of the wave's own settings, and how strongly those of one bed hang together, by figure.
 fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, f64>) {
     let beds = plan.beds.0.iter().enumerate();
-    let all = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of, members.of(of))));
+    let all = beds.flat_map(|(bed, loads)| {
+        loads
+            .iter()
+            .map(move |setting| (bed, setting, members.of(setting)))
+    });
     let all: Vec<(usize, &Setting, Vec<&Member>)> = all.collect();
     let observed = all.iter().map(|(bed, setting, _)| Observed {
         at: setting.at.clone(),
@@ -357,8 +372,8 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
     });
     let mut observed: Vec<Observed> = observed.collect();
     let mut correlations = BTreeMap::new();
-    for id in published().map(|of| &of.id[..]).chain([REACHED]) {
-        let value = |row: &Member| match published().find(|of| of.id == id) {
+    for id in published().map(|figure| &figure.id[..]).chain([REACHED]) {
+        let value = |row: &Member| match published().find(|figure| figure.id == id) {
             Some(figure) => row.published(figure),
             None => Some(f64::from(u8::from(row.ending == Ending::Reached))),
         };
@@ -368,13 +383,19 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
                 .collect()
         });
         let values: Vec<Values> = values.collect();
-        let samples = values.iter().map(|of| of.values().copied().collect());
+        let samples = values
+            .iter()
+            .map(|clouds| clouds.values().copied().collect());
         let samples: Vec<Vec<f64>> = samples.collect();
-        let enough = |of: &&Vec<f64>| of.len() > 2;
-        let variance = |of: &Vec<f64>| standard_deviation(of).powi(2);
+        let enough = |sample: &&Vec<f64>| sample.len() > 2;
+        let variance = |sample: &Vec<f64>| standard_deviation(sample).powi(2);
         let variances: Vec<f64> = samples.iter().filter(enough).map(variance).collect();
         let pooled = mean(&variances);
-        for (observed, sample) in observed.iter_mut().zip(&samples).filter(|of| enough(&of.1)) {
+        for (observed, sample) in observed
+            .iter_mut()
+            .zip(&samples)
+            .filter(|pair| enough(&pair.1))
+        {
             let (count, mean) = (sample.len(), mean(sample));
             let free = (count - 1) as f64;
             let variance = match id {
@@ -395,28 +416,28 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
             };
             observed.of.insert(id.to_owned(), sampled);
         }
-        let beds: Vec<usize> = all.iter().map(|of| of.0).collect();
+        let beds: Vec<usize> = all.iter().map(|row| row.0).collect();
         correlations.insert(id.to_owned(), correlation(&beds, &values));
     }
-    observed.retain(|of| !of.of.is_empty());
+    observed.retain(|observed| !observed.of.is_empty());
     (observed, correlations)
 }
 
 /// The mean product of the standardized deviations of two loads on one bed, in 0 to 0.95.
 fn correlation(beds: &[usize], values: &[Values]) -> f64 {
-    let standard = |of: &Values| -> Option<Values> {
-        let own: Vec<f64> = of.values().copied().collect();
+    let standard = |values: &Values| -> Option<Values> {
+        let own: Vec<f64> = values.values().copied().collect();
         let (middle, unit) = (mean(&own), standard_deviation(&own));
-        let own = of.iter();
+        let own = values.iter();
         let all = own.map(|(cloud, value)| (*cloud, (value - middle) / unit));
         (unit > 0.0).then(|| all.collect())
     };
     let all = beds.iter().zip(values);
-    let all = all.filter_map(|(bed, of)| Some((*bed, standard(of)?)));
+    let all = all.filter_map(|(bed, values)| Some((*bed, standard(values)?)));
     let all: Vec<(usize, Values)> = all.collect();
     let mut products = Vec::new();
     for (index, (bed, one)) in all.iter().enumerate() {
-        for (_, other) in all[..index].iter().filter(|of| of.0 == *bed) {
+        for (_, other) in all[..index].iter().filter(|entry| entry.0 == *bed) {
             let both = one.iter();
             let both = both.filter_map(|(cloud, a)| Some(a * other.get(cloud)?));
             let free = one.len().min(other.len()).saturating_sub(1).max(1) as f64;

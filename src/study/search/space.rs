@@ -128,7 +128,7 @@ impl Scale {
             Scale::Even([low, high]) => low + at * (high - low),
             Scale::PowersOfTen([low, high]) => low * (high / low).powf(at),
             Scale::FromZero(high) => high * self.shown(at),
-            Scale::OneOf(of) => of[level(at, of.len())].1,
+            Scale::OneOf(choices) => choices[level(at, choices.len())].1,
         }
     }
 
@@ -136,7 +136,7 @@ impl Scale {
     pub fn words(&self, at: f64) -> String {
         match self {
             Scale::PowersOfTen(_) => format!("{:.2e}", self.value(at)),
-            Scale::OneOf(of) => of[level(at, of.len())].0.to_owned(),
+            Scale::OneOf(choices) => choices[level(at, choices.len())].0.to_owned(),
             _ => format!("{:.3}", self.value(at)),
         }
     }
@@ -145,9 +145,9 @@ impl Scale {
     pub fn ticks(&self) -> Vec<(f64, String)> {
         let words = |at: f64| rounded(self.value(at), 3);
         match self {
-            Scale::OneOf(of) => {
-                let all = of.iter().zip(0..);
-                let place = |at: u32| (f64::from(at) + 0.5) / of.len() as f64;
+            Scale::OneOf(choices) => {
+                let all = choices.iter().zip(0..);
+                let place = |at: u32| (f64::from(at) + 0.5) / choices.len() as f64;
                 all.map(|((words, _), at)| (place(at), (*words).to_owned()))
                     .collect()
             }
@@ -164,15 +164,15 @@ impl Scale {
     }
 
     /// The part of the axis that stands for a bin of so many.
-    pub fn part(&self, bin: usize, of: usize) -> [f64; 2] {
-        let (bin, of) = match self {
+    pub fn part(&self, bin: usize, bins: usize) -> [f64; 2] {
+        let (bin, bins) = match self {
             Scale::OneOf(words) => {
-                let middle = (bin as f64 + 0.5) / of as f64;
+                let middle = (bin as f64 + 0.5) / bins as f64;
                 (level(middle, words.len()), words.len())
             }
-            _ => (bin, of),
+            _ => (bin, bins),
         };
-        [bin, bin + 1].map(|end| end as f64 / of as f64)
+        [bin, bin + 1].map(|end| end as f64 / bins as f64)
     }
 
     /// What the values of such parts are, from the least to the largest.
@@ -185,8 +185,8 @@ impl Scale {
                 words.collect::<Vec<_>>().join(" or ")
             }
             _ => {
-                let low = parts.first().map_or(0.0, |of| of[0]);
-                let high = parts.last().map_or(1.0, |of| of[1]);
+                let low = parts.first().map_or(0.0, |part| part[0]);
+                let high = parts.last().map_or(1.0, |part| part[1]);
                 let [low, high] = [low, high].map(|at| rounded(self.value(at), 3));
                 if low == high {
                     low
@@ -201,7 +201,7 @@ impl Scale {
     fn snapped(&self, at: f64) -> f64 {
         match self {
             Scale::FromZero(_) => at.max(1.0 / 6.0),
-            Scale::OneOf(of) => (level(at, of.len()) as f64 + 0.5) / of.len() as f64,
+            Scale::OneOf(choices) => (level(at, choices.len()) as f64 + 0.5) / choices.len() as f64,
             _ => at,
         }
     }
@@ -257,11 +257,14 @@ pub fn base(quick: bool) -> Scene {
 
 /// With the points beside the punch on its other side too.
 pub fn on_both_sides(mut scene: Scene) -> Scene {
-    let aside = scene.control_points.iter().filter(|of| of.offset > 0.0);
-    let mirrored = aside.map(|of| ControlPoint {
-        name: format!("{MIRRORED}{}", of.name),
-        offset: -of.offset,
-        ..of.clone()
+    let aside = scene
+        .control_points
+        .iter()
+        .filter(|point| point.offset > 0.0);
+    let mirrored = aside.map(|point| ControlPoint {
+        name: format!("{MIRRORED}{}", point.name),
+        offset: -point.offset,
+        ..point.clone()
     });
     let mirrored: Vec<ControlPoint> = mirrored.collect();
     scene.control_points.extend(mirrored);

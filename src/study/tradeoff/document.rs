@@ -40,7 +40,7 @@ impl Tradeoff {
         let chosen = self.recommended.as_ref().and_then(|id| self.point(id));
         match chosen {
             Some(point) => {
-                let seconds = |of| seconds(of).unwrap_or(f64::NAN);
+                let seconds = |point| seconds(point).unwrap_or(f64::NAN);
                 let [here, reference] = [point, &self.reference].map(seconds);
                 format!(
                     "{:.1} times as fast: {} is recommended. Beds made so are equivalent to the reference's in every quantity with a \
@@ -84,10 +84,10 @@ impl Tradeoff {
     /// Methods that are not dominated, the cheapest first, with costs and errors.
     pub fn front(&self, frictional: bool) -> Vec<(&Point, f64, Interval)> {
         let own = self.points.iter();
-        let own = own.filter(|of| is_frictional(&of.method) == frictional);
-        let own = own.filter(|of| of.dominated_by.is_none());
+        let own = own.filter(|point| is_frictional(&point.method) == frictional);
+        let own = own.filter(|point| point.dominated_by.is_none());
         let mut front: Vec<_> = own
-            .filter_map(|of| of.place().map(|(cost, error)| (of, cost, error)))
+            .filter_map(|point| point.place().map(|(cost, error)| (point, cost, error)))
             .collect();
         front.sort_by(|a, b| a.1.total_cmp(&b.1));
         front
@@ -99,15 +99,15 @@ impl Tradeoff {
         if front.is_empty() {
             return "No method has an error yet: that takes two clouds, and a load.".to_owned();
         }
-        let plain = |of: &&Point| !is_frictional(&of.method) && of.place().is_some();
+        let plain = |point: &&Point| !is_frictional(&point.method) && point.place().is_some();
         let all = self.points.iter().filter(plain).count();
         let sound = front.iter().find(|(.., error)| error.low <= 1.0);
         let sound = sound.map_or(
             "every one of them is shown to err beyond a margin".to_owned(),
-            |(of, cost, _)| {
+            |(point, cost, _)| {
                 format!(
                     "the cheapest of them that is not shown to err beyond a margin is {}, at {cost:.2} s against the reference's {:.2} s",
-                    of.method.name,
+                    point.method.name,
                     seconds(&self.reference).unwrap_or(f64::NAN)
                 )
             },
@@ -123,8 +123,8 @@ impl Tradeoff {
         let lacking = self
             .points
             .iter()
-            .filter(|of| of.screened.error().is_none());
-        let lacking: Vec<&str> = lacking.map(|of| of.method.name.as_str()).collect();
+            .filter(|point| point.screened.error().is_none());
+        let lacking: Vec<&str> = lacking.map(|point| point.method.name.as_str()).collect();
         let lacking = match lacking.is_empty() {
             true => String::new(),
             false => format!(
@@ -140,32 +140,36 @@ impl Tradeoff {
         let x = Axis::logarithmic("processor time of one realization, s");
         let y = Axis::logarithmic("error over margin");
         let mut plot = Plot::new("cost-and-error", caption, x, y).over_the_page();
-        let place = |of: &Point, judged: &Judgement| {
+        let place = |point: &Point, judged: &Judgement| {
             let error = judged.error()?;
-            let [y, low, high] = [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
-            Some((plot::Point::at(seconds(of)?, y), [low, high]))
+            let [y, low, high] =
+                [error.estimate, error.low, error.high].map(|value| value.max(LOWEST));
+            Some((plot::Point::at(seconds(point)?, y), [low, high]))
         };
         let external = self
             .points
             .iter()
-            .find(|of| of.method.specification.runner == Runner::External);
-        let external = external.map_or("", |of| &of.method.name);
+            .find(|point| point.method.specification.runner == Runner::External);
+        let external = external.map_or("", |point| &point.method.name);
         let engines = [
             ("native", Colour::Blue),
             ("YADE", Colour::Vermilion),
             (external, Colour::Green),
         ];
-        let of_engine = |of: &Point| match of.method.specification.runner {
+        let of_engine = |point: &Point| match point.method.specification.runner {
             Runner::Native => 0,
             Runner::External => 2,
             _ => 1,
         };
         for (engine, (name, colour)) in engines.into_iter().enumerate() {
-            let pale = self.points.iter().filter(|of| of.dominated_by.is_some());
-            let pale = pale.filter(|of| of_engine(of) == engine);
-            let pale = pale.filter_map(|of| {
-                let (point, _) = place(of, &of.screened)?;
-                Some(point.labelled(of.method.name.clone()))
+            let pale = self
+                .points
+                .iter()
+                .filter(|point| point.dominated_by.is_some());
+            let pale = pale.filter(|point| of_engine(point) == engine);
+            let pale = pale.filter_map(|shown| {
+                let (point, _) = place(shown, &shown.screened)?;
+                Some(point.labelled(shown.method.name.clone()))
             });
             plot = plot.group(name, colour, Style::Pale, pale);
         }
@@ -185,24 +189,24 @@ impl Tradeoff {
                 plot = plot.with(name, Colour::Grey, Shape::Line { dashed, points });
             }
             for (engine, (name, colour)) in engines.into_iter().enumerate() {
-                let own = front.iter().filter(|of| of_engine(of.0) == engine);
-                let own = own.filter_map(|(of, ..)| {
-                    let (point, [low, high]) = place(of, &of.screened)?;
-                    let chosen = self.recommended.as_ref() == Some(&of.method.id);
+                let own = front.iter().filter(|entry| of_engine(entry.0) == engine);
+                let own = own.filter_map(|(shown, ..)| {
+                    let (point, [low, high]) = place(shown, &shown.screened)?;
+                    let chosen = self.recommended.as_ref() == Some(&shown.method.id);
                     let more = if chosen { ": recommended" } else { "" };
-                    let label = format!("{}{more}", of.method.name);
+                    let label = format!("{}{more}", shown.method.name);
                     Some(point.between(low, high).labelled(label))
                 });
                 plot = plot.group(name, colour, Style::Filled, own);
             }
         }
-        let references = all().filter_map(|of| {
-            let (judged, name) = match of.method.id.as_str() {
-                FRICTIONAL => (&of.screened, of.method.name.as_str()),
+        let references = all().filter_map(|reference| {
+            let (judged, name) = match reference.method.id.as_str() {
+                FRICTIONAL => (&reference.screened, reference.method.name.as_str()),
                 id if id == self.reference.method.id => (&self.null_comparison, "the reference"),
                 _ => return None,
             };
-            let (point, [low, high]) = place(of, judged)?;
+            let (point, [low, high]) = place(reference, judged)?;
             Some(point.between(low, high).labelled(name.to_owned()))
         });
         plot.group(
@@ -227,38 +231,44 @@ impl Tradeoff {
         let judged = [("the reference", &itself), (words, &self.null_comparison)];
         let references = judged.map(|(name, judged)| (name, &self.reference, judged));
         let points = points.into_iter();
-        let points = points.map(|of| (of.method.name.as_str(), of, &of.screened));
+        let points = points.map(|point| (point.method.name.as_str(), point, &point.screened));
         let rows = references.into_iter().chain(points);
         let error = |worst: &Option<Worst>| Some(worst.as_ref()?.error);
-        let largest = |of: &Judgement| {
-            let worsts = of.bed.iter().chain(&of.load);
+        let largest = |judgement: &Judgement| {
+            let worsts = judgement.bed.iter().chain(&judgement.load);
             let worst = worsts.max_by(|a, b| a.error.estimate.total_cmp(&b.error.estimate))?;
             Some(self.title(&worst.key).to_owned())
         };
-        let made = |of: &Judgement| Some(of.endings.all()).filter(|all| *all > 0);
+        let made = |judgement: &Judgement| Some(judgement.endings.all()).filter(|all| *all > 0);
         let by = |point: &Point| {
             let id = point.dominated_by.as_ref()?;
-            let name = self.point(id).map_or(id.as_str(), |of| &of.method.name);
+            let name = self
+                .point(id)
+                .map_or(id.as_str(), |other| &other.method.name);
             let perhaps = if point.clearly { "" } else { "perhaps " };
             Some(format!("{perhaps}{name}"))
         };
         Table::of("methods", "Every method, by cost", rows)
             .column("method", |(name, ..)| name)
-            .column("processor time, median, s", |(_, of, _)| seconds(of))
-            .column("steps of pouring", |(_, of, _)| {
-                of.costs.map(|of| of.pour_steps)
+            .column("processor time, median, s", |(_, point, _)| seconds(point))
+            .column("steps of pouring", |(_, point, _)| {
+                point.costs.map(|costs| costs.pour_steps)
             })
-            .column("steps of loading", |(_, of, _)| {
-                of.costs.map(|of| of.load_steps)
+            .column("steps of loading", |(_, point, _)| {
+                point.costs.map(|costs| costs.load_steps)
             })
-            .column("missed the load", |(.., of)| {
-                made(of).map(|_| of.endings.missed())
+            .column("missed the load", |(.., judgement)| {
+                made(judgement).map(|_| judgement.endings.missed())
             })
-            .column("of", |(.., of)| made(of))
-            .column("error of the settled bed", |(.., of)| error(&of.bed))
-            .column("error of the loaded bed", |(.., of)| error(&of.load))
-            .column("largest in", |(.., of)| largest(of))
-            .column("dominated by", |(_, of, _)| by(of))
+            .column("of", |(.., judgement)| made(judgement))
+            .column("error of the settled bed", |(.., judgement)| {
+                error(&judgement.bed)
+            })
+            .column("error of the loaded bed", |(.., judgement)| {
+                error(&judgement.load)
+            })
+            .column("largest in", |(.., judgement)| largest(judgement))
+            .column("dominated by", |(_, point, _)| by(point))
             .into()
     }
 
@@ -278,8 +288,8 @@ impl Tradeoff {
         if key == MISSED_KEY {
             return MISSED_TITLE;
         }
-        let found = self.quantities.iter().find(|of| of.key == key);
-        found.map_or(key, |of| &of.title)
+        let found = self.quantities.iter().find(|quantity| quantity.key == key);
+        found.map_or(key, |quantity| &quantity.title)
     }
 
     fn equivalence(&self) -> Section {
@@ -295,7 +305,8 @@ impl Tradeoff {
                      tests at 5 %), and so does the share of missed loads. The unit is the packing, never the grain.";
         let correlations = |judged: &Judgement, least: fn(f64, f64) -> f64| {
             let all = judged.differences.iter();
-            all.filter_map(|of| of.paired.correlation).reduce(least)
+            all.filter_map(|difference| difference.paired.correlation)
+                .reduce(least)
         };
         let not_shown = |judged: &Judgement| {
             let all = judged.not_shown();
@@ -316,11 +327,15 @@ impl Tradeoff {
             .column("not shown", |(_, judged)| not_shown(judged));
         let section = Section::new("Equivalence", words).with(table);
         tested().fold(section, |section, (point, judged)| {
-            let quantities = self.quantities.iter().filter(|of| of.margin.is_some());
-            let rows = quantities.map(|of| (of.title.to_string(), judged, of.key.as_ref()));
+            let quantities = self
+                .quantities
+                .iter()
+                .filter(|quantity| quantity.margin.is_some());
+            let rows = quantities
+                .map(|quantity| (quantity.title.to_string(), judged, quantity.key.as_ref()));
             let name = format!("equivalence-of-{}", point.method.id);
-            let of = &point.method.name;
-            let caption = format!("{of}: bias of every quantity over its margin.");
+            let method = &point.method.name;
+            let caption = format!("{method}: bias of every quantity over its margin.");
             section.with(forest(&name, &caption, rows.collect()))
         })
     }
@@ -328,15 +343,19 @@ impl Tradeoff {
     fn compared(&self) -> Section {
         let title = "Quantities and their margins";
         let table = Table::of("quantities", title, &self.quantities)
-            .column("quantity", |of| of.title.as_ref())
-            .column("unit", |of| of.unit.as_ref())
-            .column("mean of the reference", |of| of.reference.map(|of| of.mean))
-            .column("standard deviation", |of| {
-                of.reference.map(|of| of.deviation)
+            .column("quantity", |quantity| quantity.title.as_ref())
+            .column("unit", |quantity| quantity.unit.as_ref())
+            .column("mean of the reference", |quantity| {
+                quantity.reference.map(|reference| reference.mean)
             })
-            .column("packings", |of| of.reference.map(|of| of.count))
-            .column("margin", |of| of.margin)
-            .column("reason", |of| of.reason.as_ref());
+            .column("standard deviation", |quantity| {
+                quantity.reference.map(|reference| reference.deviation)
+            })
+            .column("packings", |quantity| {
+                quantity.reference.map(|reference| reference.count)
+            })
+            .column("margin", |quantity| quantity.margin)
+            .column("reason", |quantity| quantity.reason.as_ref());
         Section::new("What is compared, and the margins", "").with(table)
     }
 
@@ -344,12 +363,15 @@ impl Tradeoff {
         let words = "Bias over margin with its 90 % interval. Green: within the margin. Vermilion: beyond it. Grey: too few \
                      packings to say.";
         let section = Section::new("Every quantity, every method", words).as_details();
-        let quantities = self.quantities.iter().filter(|of| of.margin.is_some());
-        quantities.fold(section, |section, of| {
+        let quantities = self
+            .quantities
+            .iter()
+            .filter(|quantity| quantity.margin.is_some());
+        quantities.fold(section, |section, quantity| {
             let rows = self.points.iter();
-            let rows = rows.map(|at| (at.method.name.clone(), &at.screened, of.key.as_ref()));
-            let name = format!("bias-of-{}", of.key.replace(['.', '_'], "-"));
-            let (title, reason) = (&of.title, &of.reason);
+            let rows = rows.map(|at| (at.method.name.clone(), &at.screened, quantity.key.as_ref()));
+            let name = format!("bias-of-{}", quantity.key.replace(['.', '_'], "-"));
+            let (title, reason) = (&quantity.title, &quantity.reason);
             let caption = format!("Bias of {title} over its margin. The margin: {reason}.");
             section.with(forest(&name, &caption, rows.collect()))
         })
@@ -358,10 +380,10 @@ impl Tradeoff {
     fn orders(&self) -> Section {
         let title = "Order of convergence, fitted up to the default step of 0.45";
         let table = Table::of("orders", title, &self.convergence)
-            .column("case", |of| &of.title)
-            .column("error of", |of| &of.error_of)
-            .column("order", |of| of.order)
-            .column("theory", |of| of.expected);
+            .column("case", |case| &case.title)
+            .column("error of", |case| &case.error_of)
+            .column("order", |case| case.order)
+            .column("theory", |case| case.expected);
         let x = Axis::logarithmic("time step over √(m/k)");
         let y = Axis::logarithmic("error");
         let caption = "Errors of exact cases over the time step.";
@@ -384,14 +406,14 @@ const IN_NAMES: &str = "In the names of methods a step is the time step over √
     modulus; a bed is settled, or poured until the stiffness is raised, at this kinetic energy over its largest one (1e-3).";
 
 /// What is done, with units.
-fn described(of: &Specification) -> String {
-    let mut words = match of.scene.time_step {
+fn described(specification: &Specification) -> String {
+    let mut words = match specification.scene.time_step {
         TimeStep::Fraction { of_sqrt_m_over_k } => {
             format!("a time step of {of_sqrt_m_over_k} √(m/k)")
         }
         TimeStep::Absolute { seconds } => format!("a time step of {seconds} s"),
     };
-    if let Some(Phase { modulus, end, .. }) = of.phases.first() {
+    if let Some(Phase { modulus, end, .. }) = specification.phases.first() {
         words += &format!(", poured with {modulus} of Young's modulus");
         if let End::Settled(share) = end {
             words += &format!(" until the kinetic energy is {share:e} of its largest");
@@ -431,9 +453,9 @@ fn forest(name: &str, caption: &str, rows: Vec<(String, &Judgement, &str)>) -> P
     for (finding, colour) in groups {
         let places = rows.iter().enumerate();
         let points = places.filter_map(|(row, (_, judged, key))| {
-            let of = judged.of(key)?;
-            let bias = of.paired.difference_90.over(of.margin?);
-            (of.finding == finding).then(|| in_row(&bias, row, [-REACH, REACH], 1))
+            let difference = judged.of(key)?;
+            let bias = difference.paired.difference_90.over(difference.margin?);
+            (difference.finding == finding).then(|| in_row(&bias, row, [-REACH, REACH], 1))
         });
         plot = plot.points(finding.map_or("too few pairs", word), colour, points);
     }

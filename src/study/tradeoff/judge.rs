@@ -63,7 +63,10 @@ pub const MISSED_TITLE: &str = "share of missed loads";
 impl Judgement {
     /// Equivalent if every quantity with a margin is, and the share of missed forces; different if one is.
     pub fn finding(&self) -> Finding {
-        let of_differences = self.differences.iter().filter_map(|of| of.finding);
+        let of_differences = self
+            .differences
+            .iter()
+            .filter_map(|difference| difference.finding);
         let mut all: Vec<Finding> = of_differences.chain(self.missed_finding).collect();
         if all.len() < judged().count() + 1 {
             all.push(Finding::Undecided);
@@ -83,7 +86,10 @@ impl Judgement {
         };
         let quantities = judged().filter_map(|quantity| {
             let difference = self.of(quantity.key);
-            open(quantity.title, difference.and_then(|of| of.finding))
+            open(
+                quantity.title,
+                difference.and_then(|difference| difference.finding),
+            )
         });
         let missed = open(MISSED_TITLE, self.missed_finding);
         quantities.chain(missed).collect()
@@ -100,7 +106,9 @@ impl Judgement {
     }
 
     pub fn of(&self, key: &str) -> Option<&Difference> {
-        self.differences.iter().find(|of| of.key == key)
+        self.differences
+            .iter()
+            .find(|difference| difference.key == key)
     }
 }
 
@@ -126,8 +134,12 @@ pub fn outcome(finding: Finding) -> Outcome {
 pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) -> Judgement {
     let endings = Endings::of(pairs.iter().map(|pair| pair.1));
     let reference = Endings::of(pairs.iter().map(|pair| pair.0));
-    let compared = QUANTITIES.iter().filter(|of| comparable(of.key));
-    let differences: Vec<Difference> = compared.filter_map(|of| difference(of, pairs)).collect();
+    let compared = QUANTITIES
+        .iter()
+        .filter(|quantity| comparable(quantity.key));
+    let differences: Vec<Difference> = compared
+        .filter_map(|quantity| difference(quantity, pairs))
+        .collect();
     let missed = proportion::difference(
         (reference.missed(), reference.all()),
         (endings.missed(), endings.all()),
@@ -137,12 +149,20 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
         error: bias.over(margin).absolute(),
         key: key.to_owned(),
     };
-    let of = |moment: &str| {
-        let all = differences.iter().filter(|of| of.key.starts_with(moment));
-        larger(all.filter_map(|of| Some(worst(&of.key, of.paired.difference, of.margin?))))
+    let largest = |moment: &str| {
+        let all = differences
+            .iter()
+            .filter(|difference| difference.key.starts_with(moment));
+        larger(all.filter_map(|difference| {
+            Some(worst(
+                &difference.key,
+                difference.paired.difference,
+                difference.margin?,
+            ))
+        }))
     };
     let by_chance = missed.map(|interval| worst(MISSED_KEY, interval, MISSED));
-    let (bed, load) = (of("settled."), of("loaded."));
+    let (bed, load) = (largest("settled."), largest("loaded."));
     Judgement {
         clouds: pairs.len(),
         endings,
@@ -159,11 +179,13 @@ fn larger(worsts: impl Iterator<Item = Worst>) -> Option<Worst> {
 }
 
 fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Difference> {
-    let of = |member: &Member| member.measured.get(quantity.key).copied();
-    let values = pairs.iter().filter_map(|(a, b)| of(a).zip(of(b)));
+    let value = |member: &Member| member.measured.get(quantity.key).copied();
+    let values = pairs.iter().filter_map(|(a, b)| value(a).zip(value(b)));
     let values: Vec<(f64, f64)> = values.collect();
     let paired = paired(&values)?;
-    let margin = quantity.margin.map(|of| of.absolute(paired.first_mean));
+    let margin = quantity
+        .margin
+        .map(|margin| margin.absolute(paired.first_mean));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
     let tested = margin.and_then(|margin| t_test::equivalence(&differences, margin));
     Some(Difference {
@@ -330,7 +352,9 @@ const fn of(
 
 /// Quantities with a margin.
 pub fn judged() -> impl Iterator<Item = &'static Quantity> {
-    QUANTITIES.iter().filter(|of| of.margin.is_some())
+    QUANTITIES
+        .iter()
+        .filter(|quantity| quantity.margin.is_some())
 }
 
 /// dt over √(m/k) of the grain: from a twentieth to beyond what beds are run with.
@@ -376,8 +400,10 @@ fn converged(
         .iter()
         .map(|step| Ok((*step, error(step / FREQUENCY)?)));
     let points = points.collect::<Result<Vec<(f64, f64)>, NativeError>>()?;
-    let fitted = points.iter().filter(|of| of.0 <= 0.45 && of.1 > 0.0);
-    let fitted: Vec<(f64, f64)> = fitted.map(|of| (of.0.ln(), of.1.ln())).collect();
+    let fitted = points
+        .iter()
+        .filter(|point| point.0 <= 0.45 && point.1 > 0.0);
+    let fitted: Vec<(f64, f64)> = fitted.map(|point| (point.0.ln(), point.1.ln())).collect();
     Ok(Convergence {
         title: title.to_owned(),
         error_of: error_of.to_owned(),
@@ -394,7 +420,7 @@ fn between_walls(dt: f64, alpha: f64, steps: u64) -> Result<f64, NativeError> {
     let before = 0.5 * dt * OMEGA * OMEGA * (1.0 - alpha) * AMPLITUDE;
     let grain = Grain::disc([0.5 * width + AMPLITUDE, 0.0], RADIUS, DENSITY);
     let grain = grain.moving([before, 0.0]);
-    Ok(last(grain, dt, alpha, &[0.0, width], steps, |of| of.x[0])? - 0.5 * width)
+    Ok(last(grain, dt, alpha, &[0.0, width], steps, |bodies| bodies.x[0])? - 0.5 * width)
 }
 
 /// A number of a grain after so many steps between walls at these x.
@@ -453,7 +479,7 @@ fn bounce() -> Result<Convergence, NativeError> {
                 let gap = 1.0e-6 + dt * place / PLACES;
                 let grain = Grain::disc([RADIUS + gap, 0.0], RADIUS, DENSITY).moving([-1.0, 0.0]);
                 let (steps, _) = whole_steps(2.0 * PI / FREQUENCY, dt);
-                Ok(last(grain, dt, 0.0, &[0.0], steps, |of| of.vx[0])? - 1.0)
+                Ok(last(grain, dt, 0.0, &[0.0], steps, |bodies| bodies.vx[0])? - 1.0)
             })
         },
     )
@@ -501,12 +527,13 @@ mod tests {
                     true => Ending::Reached,
                     false => Ending::TargetLoadNotReached,
                 };
-                let keys = all.filter(|of| reached || !of.key.starts_with("loaded."));
-                let measured = keys.map(|of| (of.key.to_owned(), factor * (1.0 + noise)));
-                let of = Specification::native(whole_scene());
+                let keys = all.filter(|quantity| reached || !quantity.key.starts_with("loaded."));
+                let measured =
+                    keys.map(|quantity| (quantity.key.to_owned(), factor * (1.0 + noise)));
+                let specification = Specification::native(whole_scene());
                 Member {
                     measured: measured.collect(),
-                    ..Member::without(&of, realization, ending)
+                    ..Member::without(&specification, realization, ending)
                 }
             })
             .collect()
@@ -538,7 +565,7 @@ mod tests {
         assert_eq!(found.missed_finding, Some(Finding::Different));
         assert_eq!(found.finding(), Finding::Different);
         let stress = found.of("loaded.stress.O.local_zz");
-        assert_eq!(stress.map(|of| of.paired.pairs), Some(70));
+        assert_eq!(stress.map(|difference| difference.paired.pairs), Some(70));
     }
 
     #[test]

@@ -147,7 +147,8 @@ impl Plan {
     pub fn quick(screening: u64, yade: u64) -> Self {
         let mut plan = Plan::new(small_scene(), screening, 0);
         plan.add_all();
-        let kept = |of: &Setting| of.axis == COMBINED || QUICK.contains(&of.id.as_str());
+        let kept =
+            |setting: &Setting| setting.axis == COMBINED || QUICK.contains(&setting.id.as_str());
         plan.methods.retain(kept);
         for method in &mut plan.methods {
             method.clouds[0] = [1, screening];
@@ -159,8 +160,8 @@ impl Plan {
     /// The reference alone: the scene as it is. Against itself on other clouds it needs as many of those.
     pub fn new(scene: Scene, screening: u64, confirmatory: u64) -> Self {
         let name = "the scene as it is";
-        let of = Specification::native(scene);
-        let mut reference = Setting::new("reference", name, "reference", of, screening);
+        let specification = Specification::native(scene);
+        let mut reference = Setting::new("reference", name, "reference", specification, screening);
         let others = screening.max(confirmatory);
         reference
             .clouds
@@ -175,9 +176,17 @@ impl Plan {
     }
 
     /// Adds a method, on a share of the clouds.
-    pub fn add(&mut self, id: &str, name: &str, axis: &str, of: Specification, share: u64) {
+    pub fn add(
+        &mut self,
+        id: &str,
+        name: &str,
+        axis: &str,
+        specification: Specification,
+        share: u64,
+    ) {
         let clouds = self.screening.div_ceil(share);
-        self.methods.push(Setting::new(id, name, axis, of, clouds));
+        self.methods
+            .push(Setting::new(id, name, axis, specification, clouds));
     }
 
     /// Makes a candidate of the method that was added last.
@@ -210,9 +219,15 @@ impl Plan {
                 ("by-2", "in steps of 2", 2.0),
             ];
             for (id, how, ratio) in ways {
-                let of = soft(softer, ratio, 1.0e-4, 0.45);
+                let specification = soft(softer, ratio, 1.0e-4, 0.45);
                 let name = format!("poured at E/{softer}, stiffened {how}");
-                self.add(&format!("soft-{softer}-{id}"), &name, SOFT, of, 1);
+                self.add(
+                    &format!("soft-{softer}-{id}"),
+                    &name,
+                    SOFT,
+                    specification,
+                    1,
+                );
             }
         }
         add_cases(self, "size", SIZES);
@@ -226,19 +241,25 @@ impl Plan {
                 step: 0.45,
                 end: End::Settled(scene.settle.kinetic_energy_fraction),
             };
-            let of = Specification {
+            let specification = Specification {
                 phases: vec![phase],
                 ..native(&[])
             };
             let name = format!("poured with α = {alpha}");
-            self.add(&format!("poured-alpha-{alpha}"), &name, DAMPING, of, 1);
+            self.add(
+                &format!("poured-alpha-{alpha}"),
+                &name,
+                DAMPING,
+                specification,
+                1,
+            );
         }
         add_cases(self, "cloud", CLOUDS);
         for (softer, until, tested) in DEPOSITIONS {
-            let of = soft(softer, softer.sqrt(), until, FAST_STEP);
+            let specification = soft(softer, softer.sqrt(), until, FAST_STEP);
             let id = format!("step-{FAST_STEP}-soft-{softer}-{until:e}");
             let name = format!("step {FAST_STEP}, poured at E/{softer} until {until:e}");
-            self.add(&id, &name, COMBINED, of, 1);
+            self.add(&id, &name, COMBINED, specification, 1);
             if tested {
                 self.test_last();
             }
@@ -249,48 +270,50 @@ impl Plan {
     fn add_frictional(&mut self) {
         let frictional = [Change::Friction(FRICTION), Step(FRICTIONAL_STEP)];
         let scene = changed(self.reference.specification.scene.clone(), &frictional);
-        let of = Specification::native(scene.clone());
+        let specification = Specification::native(scene.clone());
         let name = format!("friction {FRICTION} rad, step {FRICTIONAL_STEP}: their reference");
         let clouds = self.reference.clouds.clone();
-        let reference = Setting::new(FRICTIONAL, &name, FRICTIONAL, of, self.screening);
+        let reference = Setting::new(FRICTIONAL, &name, FRICTIONAL, specification, self.screening);
         self.methods.push(Setting {
             clouds,
             ..reference
         });
         for (id, name, change, share) in WITH_FRICTION {
-            let of = Specification::native(changed(scene.clone(), &[*change]));
-            self.add(id, name, FRICTIONAL, of, *share);
+            let specification = Specification::native(changed(scene.clone(), &[*change]));
+            self.add(id, name, FRICTIONAL, specification, *share);
         }
         let (softer, until, _) = DEPOSITIONS[0];
         let softly = softly(softer, softer.sqrt(), until, FRICTIONAL_STEP);
-        let of = Specification::soft(&scene, &softly);
+        let specification = Specification::soft(&scene, &softly);
         let name = "friction, step 0.3, poured at E/10 until 1e-3";
-        self.add("friction-soft-10", name, FRICTIONAL, of, 1);
+        self.add("friction-soft-10", name, FRICTIONAL, specification, 1);
     }
 
     /// The scenes that other engines run, with the beginnings of their ids and the ends of their names.
     fn references(&self) -> Vec<(&'static str, &'static str, Specification)> {
         let mut all = vec![("", "", self.reference.specification.clone())];
-        let frictional = self.methods.iter().find(|of| of.id == FRICTIONAL);
-        all.extend(frictional.map(|of| ("friction-", ", friction", of.specification.clone())));
+        let frictional = self.methods.iter().find(|method| method.id == FRICTIONAL);
+        all.extend(
+            frictional.map(|method| ("friction-", ", friction", method.specification.clone())),
+        );
         all
     }
 
     /// What a method's results are held against; the reference with friction is its own.
     pub fn reference_of(&self, method: &Setting) -> &Setting {
         let mut methods = self.methods.iter();
-        let frictional = methods.find(|of| of.id == FRICTIONAL && is_frictional(method));
+        let frictional = methods.find(|setting| setting.id == FRICTIONAL && is_frictional(method));
         frictional.unwrap_or(&self.reference)
     }
 
     fn add_yade(&mut self, clouds: u64) {
-        for (id, name, of) in self.references() {
-            let of = Specification {
+        for (id, name, reference) in self.references() {
+            let specification = Specification {
                 runner: Runner::YadeOrdinary,
-                ..of
+                ..reference
             };
             let (id, name) = (format!("{id}yade"), format!("YADE, ordinary loop{name}"));
-            let method = Setting::new(&id, &name, "YADE", of, clouds);
+            let method = Setting::new(&id, &name, "YADE", specification, clouds);
             self.methods.extend((clouds > 0).then_some(method));
         }
     }
@@ -305,21 +328,28 @@ impl Plan {
             let task = Task::settle(initial_bodies(scene));
             missing_for_scene(engine, scene, &task).is_empty()
         };
-        for (base, of_base, of) in all.filter(|of| of.0.is_empty() || can_pour(&of.2.scene)) {
+        for (base, of_base, reference) in
+            all.filter(|entry| entry.0.is_empty() || can_pour(&entry.2.scene))
+        {
             for step in [None, Some(SHORT_STEP), Some(FAST_STEP)] {
-                let mut of = Specification {
+                let mut specification = Specification {
                     runner: Runner::External,
                     program: Some(digest.to_owned()),
-                    ..of.clone()
+                    ..reference.clone()
                 };
                 let (mut id, mut name) = (format!("{base}external"), format!("{label}{of_base}"));
                 if let Some(step) = step {
-                    of.scene = changed(of.scene, &[Step(step)]);
+                    specification.scene = changed(specification.scene, &[Step(step)]);
                     id += &format!("-step-{step}");
                     name += &format!(", step {step}");
                 }
-                self.methods
-                    .push(Setting::new(&id, &name, "external engine", of, clouds));
+                self.methods.push(Setting::new(
+                    &id,
+                    &name,
+                    "external engine",
+                    specification,
+                    clouds,
+                ));
             }
         }
         self
@@ -341,10 +371,13 @@ impl Plan {
     pub fn tasks(&self) -> &[(usize, u64)] {
         self.tasks.get_or_init(|| {
             let settings = self.settings();
-            let clouds: BTreeSet<u64> = settings.iter().flat_map(|of| of.realizations()).collect();
+            let clouds: BTreeSet<u64> = settings
+                .iter()
+                .flat_map(|setting| setting.realizations())
+                .collect();
             let on = |cloud| {
                 let own = settings.iter().enumerate();
-                own.filter(move |(_, of)| of.realizations().any(|own| own == cloud))
+                own.filter(move |(_, setting)| setting.realizations().any(|own| own == cloud))
                     .map(move |(index, _)| (index, cloud))
             };
             clouds.into_iter().flat_map(on).collect()
@@ -378,26 +411,29 @@ mod tests {
             assert_eq!(plan.methods.len(), methods);
             let (mut digests, mut ids) = (BTreeSet::new(), BTreeSet::new());
             for setting in plan.settings() {
-                let (id, of) = (&setting.id, &setting.specification);
-                let read = of.scene.check();
+                let (id, specification) = (&setting.id, &setting.specification);
+                let read = specification.scene.check();
                 assert!(read.is_ok(), "{id}: {read:?}");
-                assert!(digests.insert(of.digest()) && ids.insert(id), "{id}");
+                assert!(
+                    digests.insert(specification.digest()) && ids.insert(id),
+                    "{id}"
+                );
             }
         }
     }
 
     #[test]
     fn names_do_not_count_and_everything_else_does() {
-        let of = Specification::native(whole_scene());
-        let mut other = of.clone();
+        let specification = Specification::native(whole_scene());
+        let mut other = specification.clone();
         other.scene.realization = 7;
-        assert_eq!(of.digest(), other.digest());
+        assert_eq!(specification.digest(), other.digest());
         other.scene.loading.speed *= 2.0;
-        assert_ne!(of.digest(), other.digest());
+        assert_ne!(specification.digest(), other.digest());
         other = Specification {
             runner: Runner::YadeSorted,
-            ..of.clone()
+            ..specification.clone()
         };
-        assert_ne!(of.digest(), other.digest());
+        assert_ne!(specification.digest(), other.digest());
     }
 }

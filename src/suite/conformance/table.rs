@@ -113,7 +113,7 @@ pub fn table(
             }
             Err(error) => return Err(error),
         };
-        let label = |of: &Conformance| of.engine.label();
+        let label = |conformance: &Conformance| conformance.engine.label();
         let mut row = Row {
             key: key.to_owned(),
             name: found.as_ref().map_or(name(candidate).to_owned(), label),
@@ -180,17 +180,21 @@ impl Row {
         let parts = parts.filter(|part| !found.engine.has(*part));
         let mut lacks: Vec<String> = parts.map(Part::in_words).collect();
         if lacks.is_empty() {
-            let not_asked = self.judgement().map_or(&[][..], |of| &of.not_asked);
-            lacks.extend(not_asked.iter().map(|of| of.lacking.clone()));
+            let not_asked = self
+                .judgement()
+                .map_or(&[][..], |judgement| &judgement.not_asked);
+            lacks.extend(not_asked.iter().map(|excerpt| excerpt.lacking.clone()));
             let mut seen = BTreeSet::new();
-            lacks.retain(|of| seen.insert(of.clone()));
+            lacks.retain(|part| seen.insert(part.clone()));
         }
         lacks
     }
 
     fn differs_only_so(&self, known: &str) -> bool {
-        let causes = self.judgement().map_or(&[][..], |of| &of.causes);
-        let so = |of: &Cause| of.explained && of.sentence().starts_with(known);
+        let causes = self
+            .judgement()
+            .map_or(&[][..], |judgement| &judgement.causes);
+        let so = |cause: &Cause| cause.explained && cause.sentence().starts_with(known);
         self.verdict == Verdict::Different && !causes.is_empty() && causes.iter().all(so)
     }
 
@@ -221,34 +225,39 @@ impl Row {
 impl ConformanceTable {
     pub fn document(&self) -> Document {
         let engines = Table::of("engines", "", &self.engines)
-            .column("engine", |of: &Row| &of.name)
-            .column("verdict", |of| of.words())
+            .column("engine", |row: &Row| &row.name)
+            .column("verdict", |row| row.words())
             .column("times as far as replicas", Row::ratio)
-            .column("grains", |of| of.judgement().map(|of| of.grains))
-            .column("radii", |of| match of.dispersion {
+            .column("grains", |row| {
+                row.judgement().map(|judgement| judgement.grains)
+            })
+            .column("radii", |row| match row.dispersion {
                 0.0 => "one".to_owned(),
                 dispersion => format!("±{} %", 100.0 * dispersion),
             })
-            .column("computes in", |of| Some(of.judgement()?.resolution.name()));
+            .column("computes in", |row| {
+                Some(row.judgement()?.resolution.name())
+            });
         let found = self.engines.iter();
-        let found = found.map(|of| format!("{}: {}", of.name, of.said()));
+        let found = found.map(|row| format!("{}: {}", row.name, row.said()));
         let cannot = Table::of("cannot-express", "", &self.engines)
-            .column("engine", |of: &Row| &of.name)
-            .column("has no", |of| of.lacks().join(", "))
-            .column("otherwise than the model", |of| {
-                let engine = of.found.as_ref().map(|of| &of.engine);
-                engine.map(|of| of.approximations.join("; "))
+            .column("engine", |row: &Row| &row.name)
+            .column("has no", |row| row.lacks().join(", "))
+            .column("otherwise than the model", |row| {
+                let engine = row.found.as_ref().map(|conformance| &conformance.engine);
+                engine.map(|engine| engine.approximations.join("; "))
             });
         let judged = |row| Some((row, Row::judgement(row)?));
         let states = self.engines.iter().filter_map(judged);
-        let states = states.flat_map(|(row, of)| of.starts.iter().map(move |start| (row, start)));
+        let states = states
+            .flat_map(|(row, judgement)| judgement.starts.iter().map(move |start| (row, start)));
         let states = Table::of("states", "", states)
             .column("engine", |(row, _)| &row.name)
-            .column("law", |(_, of)| &of.law)
-            .column("state", |(_, of)| &of.start)
-            .column("verdict", |(_, of)| of.verdict.in_words())
-            .column("times as far as replicas", |(_, of)| {
-                of.farthest.as_ref().map(|of| of.ratio)
+            .column("law", |(_, state)| &state.law)
+            .column("state", |(_, state)| &state.start)
+            .column("verdict", |(_, state)| state.verdict.in_words())
+            .column("times as far as replicas", |(_, state)| {
+                state.farthest.as_ref().map(|farthest| farthest.ratio)
             });
         let about = "The first hundred steps from a bed in four states, under the laws that an engine says it has, are held against the \
                      native engine's. Replicas are native runs with rounding errors as coarse as the engine's in every step.";

@@ -114,7 +114,7 @@ fn sides(corners: &[[f64; 2]]) -> impl Iterator<Item = (&[f64; 2], &[f64; 2])> {
 
 fn area(corners: &[[f64; 2]]) -> f64 {
     let cross = sides(corners).map(|(here, next)| here[0] * next[1] - next[0] * here[1]);
-    0.5 * cross.fold(0.0, |sum, of| sum + of)
+    0.5 * cross.fold(0.0, |sum, term| sum + term)
 }
 
 /// Grains by square cells one largest diameter wide.

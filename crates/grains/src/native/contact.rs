@@ -246,14 +246,14 @@ impl ContactRules {
     pub fn act(
         &self,
         touch: &Touch,
-        of: &Parameters,
+        parameters: &Parameters,
         one: &Motion,
         two: &Motion,
         memory: &mut Memory,
     ) -> Action {
-        let normal_force = self.normal_force(touch, of, one, two);
+        let normal_force = self.normal_force(touch, parameters, one, two);
         if self.friction {
-            self.move_on(touch, of, normal_force, one, two, memory);
+            self.move_on(touch, parameters, normal_force, one, two, memory);
         }
         memory.normal = touch.normal;
         let force = [
@@ -274,15 +274,15 @@ impl ContactRules {
     pub fn normal_force(
         &self,
         touch: &Touch,
-        of: &Parameters,
+        parameters: &Parameters,
         one: &Motion,
         two: &Motion,
     ) -> [f64; 2] {
-        let spring = of.k_n * touch.overlap;
+        let spring = parameters.k_n * touch.overlap;
         let mut force = spring;
         if self.dashpots {
             let apart = dot(touch.normal, velocity_at_point(touch, one, two));
-            force = spring - of.c_n * apart;
+            force = spring - parameters.c_n * apart;
             if force < 0.0 && self.tension == Tension::Clipped {
                 return [0.0; 2];
             }
@@ -294,7 +294,7 @@ impl ContactRules {
     fn move_on(
         &self,
         touch: &Touch,
-        of: &Parameters,
+        parameters: &Parameters,
         normal_force: [f64; 2],
         one: &Motion,
         two: &Motion,
@@ -315,9 +315,9 @@ impl ContactRules {
         // YADE's laws with and without a dashpot multiply in different orders.
         let growth = |slip: f64| {
             if self.dashpots {
-                of.k_s * self.dt * slip
+                parameters.k_s * self.dt * slip
             } else {
-                of.k_s * (slip * self.dt)
+                parameters.k_s * (slip * self.dt)
             }
         };
         shear[0] -= share * growth(slip[0]);
@@ -382,9 +382,12 @@ impl ContactRules {
 
 /// Velocity of body 2 relative to body 1 at the contact point, m/s.
 fn velocity_at_point(touch: &Touch, one: &Motion, two: &Motion) -> [f64; 2] {
-    let at = |of: &Motion| {
-        let turning = cross(of.spin, difference(touch.point, of.position));
-        [of.velocity[0] + turning[0], of.velocity[1] + turning[1]]
+    let at = |motion: &Motion| {
+        let turning = cross(motion.spin, difference(touch.point, motion.position));
+        [
+            motion.velocity[0] + turning[0],
+            motion.velocity[1] + turning[1],
+        ]
     };
     difference(at(two), at(one))
 }

@@ -326,7 +326,7 @@ impl Dynamics {
         let mut listed = Vec::new();
         general::listed(state, &self.neighbours, constants, &mut listed);
         if self.punch_is_new {
-            listed.retain(|of| of.id1 != constants.ids.punch());
+            listed.retain(|memory| memory.id1 != constants.ids.punch());
         }
         let mut contacts = Vec::with_capacity(listed.len());
         // In its own place, for a million contacts take as much memory as their grains.
@@ -394,10 +394,10 @@ type Turned<'a> = (&'a mut [f64], (&'a [f64], &'a [f64]));
 /// included, is scaled by 1 − α·sign(a·(v + ½dt·a)); without it nothing is computed for it. Where a velocity is not
 /// a number, the fastest is not one either. Compiled for the widest vector unit that the machine has.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn integrate(of: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
+pub fn integrate(moved: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
     match alpha == 0.0 {
-        true => integrate_plain::<false>(of, dt, gravity, alpha),
-        false => integrate_plain::<true>(of, dt, gravity, alpha),
+        true => integrate_plain::<false>(moved, dt, gravity, alpha),
+        false => integrate_plain::<true>(moved, dt, gravity, alpha),
     }
 }
 
@@ -442,14 +442,14 @@ fn integrate_plain<const DAMPED: bool>(
             &mut fastest[lane],
         );
     }
-    let of = |axis: usize| {
+    let largest = |axis: usize| {
         fastest
             .iter()
             .skip(axis)
             .step_by(2)
             .fold(0, |a: u64, b| a.max(*b))
     };
-    [f64::from_bits(of(0)), f64::from_bits(of(1))]
+    [f64::from_bits(largest(0)), f64::from_bits(largest(1))]
 }
 
 #[inline(always)]
@@ -496,11 +496,11 @@ pub mod tests {
     pub fn start(scene: &Scene, skin: Skin, threads: usize) -> Dynamics {
         let bodies = initial_bodies(scene);
         let constants = Constants::new(&Model::of(scene), scene.particles.count);
-        let of = Threads {
+        let threads = Threads {
             most: threads,
             grains_each: 100,
         };
-        let dynamics = Dynamics::new(&bodies, None, &[], constants, skin, of);
+        let dynamics = Dynamics::new(&bodies, None, &[], constants, skin, threads);
         dynamics.expect("a sound start")
     }
 

@@ -33,35 +33,39 @@ type Switch = fn(&mut Constants);
 /// What can be done in another way. Where nothing slips or turns, another slip velocity or arm is no fault.
 const SWITCHES: [(Name, Switch); 7] = [
     // The forces on a grain are summed from the highest partner down.
-    ("sums=reversed", |of| of.reversed_sums = true),
+    ("sums=reversed", |constants| constants.reversed_sums = true),
     // The right wall is where nothing comes near it.
-    ("wall=missing", |of| {
-        right_wall(of, |wall| wall.place = f64::INFINITY)
+    ("wall=missing", |constants| {
+        right_wall(constants, |wall| wall.place = f64::INFINITY)
     }),
     // Damping adds energy instead of taking it.
-    ("damping=wrong-sign", |of| of.alpha = -of.alpha),
+    ("damping=wrong-sign", |constants| {
+        constants.alpha = -constants.alpha
+    }),
     // The initial velocities are taken for those at the start.
-    ("start=half-step", |of| of.half_step_start = true),
+    ("start=half-step", |constants| {
+        constants.half_step_start = true
+    }),
     // Half overlap and contact point change places.
-    ("torque-arms=other", |of| {
-        if of.law.rotates() {
-            of.law.contact.torque_arms = of.law.contact.torque_arms.other();
+    ("torque-arms=other", |constants| {
+        if constants.law.rotates() {
+            constants.law.contact.torque_arms = constants.law.contact.torque_arms.other();
         }
     }),
     // Corrected and contact point velocity change places.
-    ("ratcheting=other", |of| {
-        if of.law.has_friction() {
-            of.law.contact.slip_velocity = of.law.contact.slip_velocity.other();
+    ("ratcheting=other", |constants| {
+        if constants.law.has_friction() {
+            constants.law.contact.slip_velocity = constants.law.contact.slip_velocity.other();
         }
     }),
     // Clipped and unclipped tension change places.
-    ("clipping=other", |of| {
-        of.change_law(|law| law.contact.viscosity.clip_otherwise());
+    ("clipping=other", |constants| {
+        constants.change_law(|law| law.contact.viscosity.clip_otherwise());
     }),
 ];
 
 fn switch(name: &str) -> Option<(Name, Switch)> {
-    SWITCHES.into_iter().find(|of| of.0 == name)
+    SWITCHES.into_iter().find(|switch| switch.0 == name)
 }
 
 const SLOW: &str = "slow";
@@ -73,7 +77,7 @@ const SLOWEST: f64 = 100.0;
 #[derive(Debug, thiserror::Error)]
 #[error(
     "unknown perturbation {found:?}; write one of {} with a number S, or one of {}, or slow=F with a factor F of 1 to {SLOWEST}",
-    Constant::faults().map(|of| format!("{of}=S")).collect::<Vec<_>>().join(", "),
+    Constant::faults().map(|constant| format!("{constant}=S")).collect::<Vec<_>>().join(", "),
     Fault::switches().collect::<Vec<_>>().join(", ")
 )]
 pub struct FaultError {
@@ -83,7 +87,7 @@ pub struct FaultError {
 impl Fault {
     /// The names of all things that can be done in another way.
     pub fn switches() -> impl Iterator<Item = Name> {
-        SWITCHES.into_iter().map(|of| of.0)
+        SWITCHES.into_iter().map(|switch| switch.0)
     }
 
     /// Whether a run of this scene is any different with the fault: without gravity, a fault in it is none.
@@ -131,7 +135,7 @@ impl Fault {
             return Some(Fault::Slowed(size));
         }
         let mut faults = Constant::faults().filter(|_| size.is_finite());
-        let constant = faults.find(|of| of.to_string() == what)?;
+        let constant = faults.find(|constant| constant.to_string() == what)?;
         Some(Fault::Sized(constant, size))
     }
 }

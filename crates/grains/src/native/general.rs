@@ -28,9 +28,9 @@ pub fn evaluate_forces(
             *memory = Memory::default();
             continue;
         };
-        let of = constants.of_flat(state, Body::Wall, at);
+        let parameters = constants.of_flat(state, Body::Wall, at);
         let wall = Motion::default();
-        let action = rules.act(&touch, &of, &wall, &state.motion(at), memory);
+        let action = rules.act(&touch, &parameters, &wall, &state.motion(at), memory);
         push(&mut force[at - first], &action);
         torque[at - first] += action.torques[1];
     }
@@ -55,8 +55,8 @@ pub fn punch_contacts(
             *memory = Memory::default();
             continue;
         };
-        let of = constants.of_flat(state, Body::Punch, at);
-        let action = rules.act(&touch, &of, &motion, &state.motion(at), memory);
+        let parameters = constants.of_flat(state, Body::Punch, at);
+        let action = rules.act(&touch, &parameters, &motion, &state.motion(at), memory);
         on_punch -= action.force[1];
         push(&mut state.force[at], &action);
         if let Some(torque) = state.torque.get_mut(at) {
@@ -112,7 +112,7 @@ pub fn listed(state: &State, list: &Neighbours, constants: &Constants, into: &mu
     for (at, memory) in list.by_punch.iter().zip(&list.punch_memory) {
         add(constants.ids.punch(), number(*at), Some(memory));
     }
-    into.sort_unstable_by_key(|of| (of.id1, of.id2));
+    into.sort_unstable_by_key(|memory| (memory.id1, memory.id2));
 }
 
 /// The contact of these bodies where they touch, with its tangential force as the last evaluation left it.
@@ -120,19 +120,19 @@ pub fn contact(
     state: &State,
     constants: &Constants,
     rules: &ContactRules,
-    of: Remembered,
+    memory: Remembered,
 ) -> Option<(Contact, Remembered)> {
-    let at = state.place[of.id2 as usize] as usize;
+    let at = state.place[memory.id2 as usize] as usize;
     let mut one = Motion::default();
-    let (touch, parameters) = if constants.ids.is_grain(of.id1) {
-        let first = state.place[of.id1 as usize] as usize;
+    let (touch, parameters) = if constants.ids.is_grain(memory.id1) {
+        let first = state.place[memory.id1 as usize] as usize;
         one = state.motion(first);
         let parameters = constants.of_pair(state, first, at);
         (state.grain_touch(first, at)?, parameters)
     } else {
         let wall = constants
             .walls
-            .get((of.id1 - constants.ids.grains) as usize);
+            .get((memory.id1 - constants.ids.grains) as usize);
         let touch = if let Some(wall) = wall {
             state.wall_touch(wall, at)
         } else {
@@ -140,14 +140,14 @@ pub fn contact(
             one = punch.into();
             state.punch_touch(punch, at)
         };
-        let flat = constants.ids.body(of.id1);
+        let flat = constants.ids.body(memory.id1);
         (touch?, constants.of_flat(state, flat, at))
     };
     let normal = rules.normal_force(&touch, &parameters, &one, &state.motion(at));
-    let force = [normal[0] + of.shear[0], normal[1] + of.shear[1]];
-    let of = Remembered {
+    let force = [normal[0] + memory.shear[0], normal[1] + memory.shear[1]];
+    let memory = Remembered {
         normal: touch.normal,
-        ..of
+        ..memory
     };
-    Some((contact_row(of.id1, of.id2, &touch, force), of))
+    Some((contact_row(memory.id1, memory.id2, &touch, force), memory))
 }

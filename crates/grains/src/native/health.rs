@@ -47,7 +47,7 @@ pub enum Trouble {
 
 /// Every grain finite and inside the box; else the one with the lowest number.
 pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
-    let of = |at: usize| {
+    let trouble = |at: usize| {
         let (position, velocity, force) = (state.position[at], state.velocity[at], state.force[at]);
         let grain = state.number[at];
         let [x, z] = position;
@@ -60,7 +60,7 @@ pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
         let lost = constants.box_width.is_some_and(outside);
         lost.then_some((grain, Trouble::Lost { grain, x, z }))
     };
-    let troubles = (0..state.position.len()).filter_map(of);
+    let troubles = (0..state.position.len()).filter_map(trouble);
     let first = troubles.min_by_key(|(grain, _)| *grain);
     first.map_or(Ok(()), |(_, trouble)| Err(trouble))
 }

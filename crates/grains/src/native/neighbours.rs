@@ -345,7 +345,11 @@ impl Neighbours {
     }
 
     pub fn len(&self) -> usize {
-        self.shares.iter().map(|of| of.other.len()).sum::<usize>() / 2
+        self.shares
+            .iter()
+            .map(|share| share.other.len())
+            .sum::<usize>()
+            / 2
     }
 
     fn near_punch(&mut self, state: &State) {
@@ -370,14 +374,14 @@ impl Neighbours {
 
 /// What a contact remembers, found by its ids; zeros if nothing.
 fn memory_of(remembered: &[Remembered], id1: u32, id2: u32) -> Memory {
-    let found = remembered.binary_search_by_key(&(id1, id2), |of| (of.id1, of.id2));
+    let found = remembered.binary_search_by_key(&(id1, id2), |contact| (contact.id1, contact.id2));
     found.map_or_else(|_| Memory::default(), |at| memory(&remembered[at]))
 }
 
-fn memory(of: &Remembered) -> Memory {
+fn memory(remembered: &Remembered) -> Memory {
     Memory {
-        normal: of.normal,
-        shear: of.shear,
+        normal: remembered.normal,
+        shear: remembered.shear,
     }
 }
 
@@ -433,10 +437,10 @@ impl Share {
             let row = &mut self.row[..found];
             insertion_sort(row);
             if constants.reversed_sums {
-                let lower = row.partition_point(|of| of >> 32 < u64::from(number));
+                let lower = row.partition_point(|entry| entry >> 32 < u64::from(number));
                 row[lower..].reverse();
             }
-            self.other.extend(row.iter().map(|of| *of as u32));
+            self.other.extend(row.iter().map(|entry| *entry as u32));
             self.start.push(self.other.len() as u32);
             for (index, wall) in constants.walls.iter().enumerate() {
                 let distance = (state.position[place][wall.axis as usize] - wall.place).abs();
@@ -482,10 +486,10 @@ impl Share {
         });
         let mut left = remembered;
         for [id1, id2] in border.iter().copied().chain(own) {
-            let before = left.iter().take_while(|of| of.id1 < id1).count();
+            let before = left.iter().take_while(|contact| contact.id1 < id1).count();
             left = &left[before..];
-            let mut of_first = left.iter().take_while(|of| of.id1 == id1);
-            let old = of_first.find(|of| of.id2 == id2);
+            let mut of_first = left.iter().take_while(|contact| contact.id1 == id1);
+            let old = of_first.find(|contact| contact.id2 == id2);
             let old = old.map(memory).unwrap_or_default();
             let [first, second] = [id1, id2].map(|id| id as usize);
             let radii = [state.radius[first], state.radius[second]];

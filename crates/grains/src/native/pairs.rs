@@ -57,7 +57,7 @@ impl Pairs {
         &mut self,
         [first, second]: [usize; 2],
         radii: [f64; 2],
-        of: &Parameters,
+        parameters: &Parameters,
         memory: &Memory,
     ) {
         let lane = self.len % LANES;
@@ -75,22 +75,25 @@ impl Pairs {
         put(&mut block.radius, radii);
         put(&mut block.normal, memory.normal);
         put(&mut block.shear, memory.shear);
-        block.k_n.0[lane] = of.k_n;
-        block.k_s.0[lane] = of.k_s;
-        block.c_n.0[lane] = of.c_n;
+        block.k_n.0[lane] = parameters.k_n;
+        block.k_s.0[lane] = parameters.k_s;
+        block.c_n.0[lane] = parameters.c_n;
     }
 
     /// The places of each listed pair and what it remembers.
     pub fn memories(&self) -> impl Iterator<Item = ([usize; 2], Memory)> {
         (0..self.len).map(|at| {
             let (block, lane) = (&self.blocks[at / LANES], at % LANES);
-            let of = |vector: &Vector| [vector[0].0[lane], vector[1].0[lane]];
+            let components = |vector: &Vector| [vector[0].0[lane], vector[1].0[lane]];
             let memory = Memory {
-                normal: of(&block.normal),
-                shear: of(&block.shear),
+                normal: components(&block.normal),
+                shear: components(&block.shear),
             };
             let grains = [block.first[lane], block.second[lane]];
-            (grains.map(|of| self.places.start + of as usize), memory)
+            (
+                grains.map(|grain| self.places.start + grain as usize),
+                memory,
+            )
         })
     }
 
@@ -119,11 +122,11 @@ impl Pairs {
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn sum_forces(
     blocks: &mut [Block],
-    of: (&State, &Range<usize>),
+    grains: (&State, &Range<usize>),
     rules: &ContactRules,
     sums: &mut [Sum],
 ) {
-    sum_forces_plain(blocks, of, rules, sums);
+    sum_forces_plain(blocks, grains, rules, sums);
 }
 
 /// Blocks that are computed before what they do is added: a few, so that it stays near.
@@ -371,7 +374,7 @@ mod tests {
         let mut memories = Vec::new();
         for (at, ([a, b], mut memory)) in pairs.memories().enumerate() {
             let (block, lane) = (&pairs.blocks[at / LANES], at % LANES);
-            let of = Parameters {
+            let parameters = Parameters {
                 k_n: block.k_n.0[lane],
                 k_s: block.k_s.0[lane],
                 c_n: block.c_n.0[lane],
@@ -380,7 +383,13 @@ mod tests {
                 memories.push(Memory::default());
                 continue;
             };
-            let action = rules.act(&touch, &of, &state.motion(a), &state.motion(b), &mut memory);
+            let action = rules.act(
+                &touch,
+                &parameters,
+                &state.motion(a),
+                &state.motion(b),
+                &mut memory,
+            );
             memories.push(memory);
             let [x, z] = action.force;
             (sums[a][0], sums[a][1]) = (sums[a][0] - x, sums[a][1] - z);
@@ -480,8 +489,11 @@ mod tests {
                         assert_eq!(bits(&memory), bits(expected), "pair {at}, {rules:?}");
                     }
                 }
-                touching += memories.iter().filter(|of| of.touching()).count();
-                sheared += memories.iter().filter(|of| of.shear != [0.0; 2]).count();
+                touching += memories.iter().filter(|memory| memory.touching()).count();
+                sheared += memories
+                    .iter()
+                    .filter(|memory| memory.shear != [0.0; 2])
+                    .count();
             }
         }
         assert!(touching > 10_000, "{touching}");

@@ -53,7 +53,7 @@ impl Shaker {
         let off = self.noise;
         let sum = (off.every as f64).sqrt();
         let coordinates = state.position.iter().flatten();
-        let extent = coordinates.fold(0.0, |largest: f64, of| largest.max(of.abs()));
+        let extent = coordinates.fold(0.0, |largest: f64, value| largest.max(value.abs()));
         let (length, share) = (sum * off.position * extent, sum * off.velocity);
         for id in 0..state.mass.len() {
             let id = state.place[id] as usize;
@@ -64,10 +64,10 @@ impl Shaker {
                 sum * constants.dt * constants.stiffness(radius, radius) * off.overlap / mass
             };
             for axis in 0..2 {
-                let of = &mut self.random;
-                state.position[id][axis] += length * symmetric(of);
-                state.velocity[id][axis] *= 1.0 + share * symmetric(of);
-                let kick = kick * symmetric(of);
+                let random = &mut self.random;
+                state.position[id][axis] += length * symmetric(random);
+                state.velocity[id][axis] *= 1.0 + share * symmetric(random);
+                let kick = kick * symmetric(random);
                 state.velocity[id][axis] += kick;
                 // The step has moved it already.
                 state.position[id][axis] += constants.dt * kick;

@@ -67,10 +67,10 @@ fn sum_forces_plain(
 }
 
 #[inline(always)]
-fn gather(At(first, of): At<&[[f64; 2]]>, ids: &Lanes<u32>) -> (Lanes<f64>, Lanes<f64>) {
+fn gather(At(first, values): At<&[[f64; 2]]>, ids: &Lanes<u32>) -> (Lanes<f64>, Lanes<f64>) {
     let (mut x, mut z) = ([0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
-        [x[lane], z[lane]] = of[ids[lane] as usize - first];
+        [x[lane], z[lane]] = values[ids[lane] as usize - first];
     }
     (x, z)
 }

@@ -79,11 +79,11 @@ impl State {
             inertia,
             ..
         } = self;
-        for of in [position, velocity, force, component_mass] {
-            put(of, order, pairs);
+        for column in [position, velocity, force, component_mass] {
+            put(column, order, pairs);
         }
-        for of in [radius, mass, spin, torque, inertia] {
-            put(of, order, numbers);
+        for column in [radius, mass, spin, torque, inertia] {
+            put(column, order, numbers);
         }
         put(&mut self.number, order, &mut self.place);
         for (place, number) in (0..).zip(&self.number) {
@@ -102,8 +102,8 @@ impl State {
     /// The grains as a table.
     pub fn bodies(&self) -> Bodies {
         let components =
-            |of: &[[f64; 2]], axis: usize| self.by_number(of).map(|v| v[axis]).collect();
-        let column = |of: &[f64]| self.by_number(of).collect();
+            |values: &[[f64; 2]], axis: usize| self.by_number(values).map(|v| v[axis]).collect();
+        let column = |values: &[f64]| self.by_number(values).collect();
         Bodies {
             x: components(&self.position, 0),
             z: components(&self.position, 1),
@@ -121,10 +121,10 @@ impl State {
     }
 
     /// A column in the order of numbers; nothing of one that is empty.
-    pub fn by_number<T: Copy>(&self, of: &[T]) -> impl Iterator<Item = T> {
+    pub fn by_number<T: Copy>(&self, column: &[T]) -> impl Iterator<Item = T> {
         self.place
             .iter()
-            .filter_map(|at| of.get(*at as usize))
+            .filter_map(|at| column.get(*at as usize))
             .copied()
     }
 
@@ -177,13 +177,13 @@ impl State {
 #[derive(Debug, Default)]
 pub struct Spare(Vec<[f64; 2]>, Vec<f64>);
 
-fn put<T: Copy>(of: &mut Vec<T>, order: &[u32], spare: &mut Vec<T>) {
-    if of.is_empty() {
+fn put<T: Copy>(column: &mut Vec<T>, order: &[u32], spare: &mut Vec<T>) {
+    if column.is_empty() {
         return;
     }
     spare.clear();
-    spare.extend(order.iter().map(|place| of[*place as usize]));
-    std::mem::swap(of, spare);
+    spare.extend(order.iter().map(|place| column[*place as usize]));
+    std::mem::swap(column, spare);
 }
 
 /// A row of the table of contacts.

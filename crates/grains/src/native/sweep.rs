@@ -44,12 +44,12 @@ pub fn sweep(
     let own = |share: &mut Share, window: Window| {
         let Range { start, end } = share.places;
         let (open, blocks) = ([start > 0, end < all], share.rows.blocks());
-        let of = |half: usize| {
+        let range = |half: usize| {
             let less = open.map(|open| if open { reach * half } else { 0 });
             less[0]..blocks.saturating_sub(less[1])
         };
         let sides = [&*share, &*share];
-        halves(sides, of, (reach, count), At(start, window), fixed)
+        halves(sides, range, (reach, count), At(start, window), fixed)
     };
     let window: Window = ((&mut state.position, &mut state.velocity), &mut state.force);
     let speeds = each(shares, Share::first, window, &own, &fastest);
@@ -59,8 +59,14 @@ pub fn sweep(
     let gap = |border: &mut Border, window: Window| {
         let sides = [&shares[border.left], &shares[border.left + 1]];
         let at = sides[0].rows.blocks();
-        let of = |half: usize| at - reach * half..at + reach * half;
-        halves(sides, of, (reach, count), At(border.start, window), fixed)
+        let range = |half: usize| at - reach * half..at + reach * half;
+        halves(
+            sides,
+            range,
+            (reach, count),
+            At(border.start, window),
+            fixed,
+        )
     };
     let window: Window = ((&mut state.position, &mut state.velocity), &mut state.force);
     let start = |border: &Border| border.start;

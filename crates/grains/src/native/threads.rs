@@ -71,16 +71,16 @@ impl Team {
 pub fn each<I: Send, T: ByPlace, R: Send>(
     ranges: &mut [I],
     first: fn(&I) -> usize,
-    of: T,
+    data: T,
     work: &(impl Fn(&mut I, T) -> R + Sync),
     both: &(impl Fn(R, R) -> R + Sync),
 ) -> R {
     if let [range] = ranges {
-        return work(range, of);
+        return work(range, data);
     }
     let (left, right) = ranges.split_at_mut(ranges.len() / 2);
     let places = first(&right[0]) - first(&left[0]);
-    let (of_left, of_right) = of.split(places);
+    let (of_left, of_right) = data.split(places);
     let (left, right) = join(
         || each(left, first, of_left, work, both),
         || each(right, first, of_right, work, both),
@@ -171,10 +171,18 @@ mod tests {
 
     #[test]
     fn a_small_bed_has_one_thread() {
-        let of = |most: usize, grains: usize| Threads::at_most(most).of(grains);
-        let found = [of(8, 0), of(8, 5000), of(8, 100_000), of(2, 100_000)];
+        let count = |most: usize, grains: usize| Threads::at_most(most).of(grains);
+        let found = [
+            count(8, 0),
+            count(8, 5000),
+            count(8, 100_000),
+            count(2, 100_000),
+        ];
         assert_eq!(found, [1, 1, 8, 2]);
-        assert_eq!([of(0, 100_000), Threads::default().of(1_000_000)], [1, 1]);
+        assert_eq!(
+            [count(0, 100_000), Threads::default().of(1_000_000)],
+            [1, 1]
+        );
     }
 
     #[test]

@@ -112,16 +112,19 @@ pub fn parts_of_a_step(
     }
     let spent = clock.0.expect("a clock that runs");
     let total: Duration = spent.iter().sum();
-    let share = |(stage, of): (&str, Duration)| Share {
+    let share = |(stage, time): (&str, Duration)| Share {
         stage: stage.to_owned(),
-        share: of.as_secs_f64() / total.as_secs_f64(),
+        share: time.as_secs_f64() / total.as_secs_f64(),
     };
     let contacts = dynamics.snapshot(Stage::Settle, steps).contacts;
     let grains = bodies.len() as u32;
     Ok(Clocked {
         shares: PARTS.into_iter().zip(spent).map(share).collect(),
         listed_pairs: dynamics.neighbours.len(),
-        touching_pairs: contacts.iter().filter(|of| of.id1 < grains).count(),
+        touching_pairs: contacts
+            .iter()
+            .filter(|contact| contact.id1 < grains)
+            .count(),
         builds: dynamics.neighbours.builds - builds,
         bodies: dynamics.state.bodies(),
     })

@@ -69,7 +69,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
         for problem in problems.iter_mut().take(LOCATED) {
             problem.at = line_and_column(text, &problem.place);
         }
-        problems.sort_by_key(|of| of.at.unwrap_or((usize::MAX, 0)));
+        problems.sort_by_key(|problem| problem.at.unwrap_or((usize::MAX, 0)));
         SceneError::Problems(problems)
     };
     let whole = match given.is_object() {
@@ -102,13 +102,13 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
 fn repaired(given: &Value, problems: &[Problem]) -> Option<Scene> {
     let mut given = given.clone();
     // What is in a list has no defaults.
-    let place = |of: &'_ Problem| match of.place.starts_with(POINTS) {
+    let place = |problem: &'_ Problem| match problem.place.starts_with(POINTS) {
         true => POINTS.to_owned(),
-        false => of.place.clone(),
+        false => problem.place.clone(),
     };
     let places: Vec<String> = problems.iter().map(place).collect();
     let mut places: Vec<&str> = places.iter().map(String::as_str).collect();
-    while places.iter().any(|of| !of.is_empty()) {
+    while places.iter().any(|place| !place.is_empty()) {
         for place in &mut places {
             let is_there = given.pointer(place).is_some();
             remove(&mut given, place);
@@ -131,13 +131,16 @@ fn repaired(given: &Value, problems: &[Problem]) -> Option<Scene> {
 /// What a number has to be, and how that is said.
 type Range = (fn(f64) -> bool, &'static str);
 
-const POSITIVE: Range = (|of| of > 0.0, "a finite number above 0");
-const NOT_NEGATIVE: Range = (|of| of >= 0.0, "a finite number, 0 or more");
-const BELOW_ONE: Range = (|of| (0.0..1.0).contains(&of), "a number in [0, 1)");
-const UP_TO_ONE: Range = (|of| (0.0..=1.0).contains(&of), "a number in [0, 1]");
-const REAL_SHARE: Range = (|of| of > 0.0 && of < 1.0, "a number in (0, 1)");
-const RESTITUTION: Range = (|of| of > 0.0 && of <= 1.0, "a number in (0, 1]");
-const ANGLE: Range = (|of| (0.0..FRAC_PI_2).contains(&of), "a number in [0, π/2)");
+const POSITIVE: Range = (|value| value > 0.0, "a finite number above 0");
+const NOT_NEGATIVE: Range = (|value| value >= 0.0, "a finite number, 0 or more");
+const BELOW_ONE: Range = (|value| (0.0..1.0).contains(&value), "a number in [0, 1)");
+const UP_TO_ONE: Range = (|value| (0.0..=1.0).contains(&value), "a number in [0, 1]");
+const REAL_SHARE: Range = (|value| value > 0.0 && value < 1.0, "a number in (0, 1)");
+const RESTITUTION: Range = (|value| value > 0.0 && value <= 1.0, "a number in (0, 1]");
+const ANGLE: Range = (
+    |value| (0.0..FRAC_PI_2).contains(&value),
+    "a number in [0, π/2)",
+);
 /// The unit of an angle.
 const RADIANS: &str = "rad";
 
@@ -317,7 +320,7 @@ fn control_points(scene: &Scene, found: &mut Findings<'_>) {
         found.follows(inside, &[&offset, WIDTH], "a place inside the box");
         numbers(&at, point, &[("/depth", POSITIVE, "m")], found);
         found.name(&name, &point.name);
-        let twice = points[..index].iter().any(|of| of.name == point.name);
+        let twice = points[..index].iter().any(|other| other.name == point.name);
         found.unless(!twice, &name, &point.name, "a name of its own");
     }
 }

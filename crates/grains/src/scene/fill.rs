@@ -26,7 +26,7 @@ pub(super) fn filled_anyway(given: &Value) -> Value {
 
 fn fill(given: &Value, required: &[(&str, &str)]) -> Value {
     let number = |place: &str| given.pointer(place).and_then(Value::as_f64);
-    let number = |place: &str| number(place).filter(|of| of.is_finite() && *of > 0.0);
+    let number = |place: &str| number(place).filter(|value| value.is_finite() && *value > 0.0);
     let diameter = number("/particles/mean_diameter").unwrap_or(0.01);
     let width = number("/box/width").unwrap_or(1.0);
     let dispersion = number("/particles/dispersion").unwrap_or(0.05);
@@ -50,15 +50,15 @@ fn fill(given: &Value, required: &[(&str, &str)]) -> Value {
 
 /// Takes from a schema of whole scenes what it requires and has a default.
 pub(super) fn relax(schema: &mut Value) {
-    let given = |of: &str| {
+    let given = |name: &str| {
         GIVEN
             .iter()
-            .any(|(place, key)| *key == of || place[1..] == *of)
+            .any(|(place, key)| *key == name || place[1..] == *name)
     };
     let keep = |object: Option<&mut Value>| {
-        let list = object.and_then(|of| of.get_mut("required"));
+        let list = object.and_then(|object| object.get_mut("required"));
         if let Some(Value::Array(list)) = list {
-            list.retain(|of| of.as_str().is_some_and(given));
+            list.retain(|key| key.as_str().is_some_and(given));
         }
     };
     keep(Some(schema));
@@ -143,7 +143,7 @@ fn sticking(given: &Value) -> f64 {
 
 /// Puts what is given over the defaults, key by key; one of another kind than the default replaces it whole.
 fn put_over(default: &mut Value, given: &Value) {
-    let of_kind = |of: &Map<String, Value>| of.get("kind").cloned();
+    let of_kind = |object: &Map<String, Value>| object.get("kind").cloned();
     match (default, given) {
         (Value::Object(default), Value::Object(given))
             if of_kind(given).is_none() || of_kind(given) == of_kind(default) =>

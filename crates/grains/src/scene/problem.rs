@@ -74,7 +74,7 @@ impl Findings<'_> {
         if holds || !from.iter().all(|key| self.is_sound(key)) {
             return;
         }
-        let first = |of: &Value| from.iter().find(|key| of.pointer(key).is_some());
+        let first = |value: &Value| from.iter().find(|key| value.pointer(key).is_some());
         let place = first(self.given).or_else(|| first(self.whole));
         let place = place.copied().unwrap_or_default();
         let value = self.whole.pointer(place).cloned().unwrap_or_default();
@@ -89,7 +89,7 @@ impl Findings<'_> {
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
         let mut all = self.problems.iter();
-        all.all(|of| !is_in(place, &of.place) && !is_in(&of.place, place))
+        all.all(|problem| !is_in(place, &problem.place) && !is_in(&problem.place, place))
     }
 
     /// A problem unless the name can stand in a line, in tables and in pages.
@@ -148,7 +148,7 @@ impl Walk<'_> {
     fn value(&mut self, schema: &Value, value: &Value, place: &str) {
         let reference = schema.get("$ref").and_then(Value::as_str);
         let root = self.root;
-        let known = reference.and_then(|of| root.pointer(of.trim_start_matches('#')));
+        let known = reference.and_then(|pointer| root.pointer(pointer.trim_start_matches('#')));
         let schema = known.unwrap_or(schema);
         if let Some(variants) = schema.get("oneOf").and_then(Value::as_array) {
             return self.one_of(variants, value, place);
@@ -162,7 +162,9 @@ impl Walk<'_> {
         if let Some(kind) = schema.get("type").and_then(Value::as_str)
             && !has_type(kind, value)
         {
-            let keys: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
+            let keys: Vec<&str> = properties(schema)
+                .map(|property| property.0.as_str())
+                .collect();
             let wanted = match keys[..] {
                 [] => article(kind),
                 _ => format!("{} of {}", article(kind), keys.join(", ")),
@@ -194,13 +196,17 @@ impl Walk<'_> {
         let others = schema.get("additionalProperties");
         for (key, value) in object {
             let here = format!("{place}/{}", escaped(key));
-            let own = properties(schema).find(|of| of.0 == key).map(|of| of.1);
+            let own = properties(schema)
+                .find(|property| property.0 == key)
+                .map(|property| property.1);
             match (own, others) {
                 (Some(of_key), _) | (None, Some(of_key @ Value::Object(_))) => {
                     self.value(of_key, value, &here);
                 }
                 (None, Some(Value::Bool(false))) => {
-                    let names: Vec<&str> = properties(schema).map(|of| of.0.as_str()).collect();
+                    let names: Vec<&str> = properties(schema)
+                        .map(|property| property.0.as_str())
+                        .collect();
                     let near = |name: &&&str| strsim::jaro_winkler(name, key);
                     let nearest = names.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
                     let wanted = match nearest {
@@ -228,7 +234,9 @@ impl Walk<'_> {
             return self.misfit(place, value, wanted);
         };
         let given = object.get("kind");
-        let chosen = variants.iter().find(|of| kind_of(of).as_ref() == given);
+        let chosen = variants
+            .iter()
+            .find(|variant| kind_of(variant).as_ref() == given);
         let Some(variant) = chosen else {
             let (place, found) = (format!("{place}/kind"), given.unwrap_or(&Value::Null));
             return self.misfit(&place, found, one_of_these(&kinds));
@@ -240,12 +248,15 @@ impl Walk<'_> {
 
     /// A plain name, or an object with a name as its only key.
     fn named(&mut self, variants: &[Value], value: &Value, place: &str) {
-        if variants.iter().any(|of| of.get("const") == Some(value)) {
+        if variants
+            .iter()
+            .any(|variant| variant.get("const") == Some(value))
+        {
             return;
         }
         let object = value.as_object();
-        let has = |name: &str| object.is_some_and(|of| of.contains_key(name));
-        let chosen = variants.iter().find(|of| required(of).any(has));
+        let has = |name: &str| object.is_some_and(|object| object.contains_key(name));
+        let chosen = variants.iter().find(|variant| required(variant).any(has));
         if let (Some(variant), Some(object)) = (chosen, object) {
             return self.object(variant, object, place);
         }
@@ -321,20 +332,23 @@ impl<'a> Deserialize<'a> for Entries<'a> {
 /// The parts of a value with their keys, or with their numbers in a list.
 fn parts(text: &str) -> Vec<(String, &str)> {
     if let Ok(Entries(all)) = serde_json::from_str(text) {
-        return all.into_iter().map(|(key, of)| (key, of.get())).collect();
+        return all
+            .into_iter()
+            .map(|(key, part)| (key, part.get()))
+            .collect();
     }
     let list: Vec<&RawValue> = serde_json::from_str(text).unwrap_or_default();
     let list = list.into_iter().enumerate();
-    list.map(|(index, of)| (index.to_string(), of.get()))
+    list.map(|(index, part)| (index.to_string(), part.get()))
         .collect()
 }
 
 /// The JSON pointers of keys that are given again in their objects.
 pub(super) fn twice(text: &str, place: &str) -> Vec<String> {
     let (mut seen, mut found) = (BTreeSet::new(), Vec::new());
-    for (key, of) in parts(text) {
+    for (key, part) in parts(text) {
         let here = format!("{place}/{}", escaped(&key));
-        found.extend(twice(of, &here));
+        found.extend(twice(part, &here));
         if !seen.insert(key) {
             found.push(here);
         }

@@ -75,10 +75,10 @@ fn add_spring(
 /// The pairs of these ids' lanes FROM to FROM + 8, as two vectors, one a component.
 #[inline]
 #[target_feature(enable = "avx512f,avx512dq")]
-fn gather<const FROM: usize>(At(first, of): At<&[[f64; 2]]>, ids: &Lanes<u32>) -> [__m512d; 2] {
+fn gather<const FROM: usize>(At(first, values): At<&[[f64; 2]]>, ids: &Lanes<u32>) -> [__m512d; 2] {
     let four = |at: usize| {
         let pair = |lane: usize| {
-            let [x, z] = of[ids[FROM + at + lane] as usize - first];
+            let [x, z] = values[ids[FROM + at + lane] as usize - first];
             _mm_set_pd(z, x)
         };
         let low = _mm256_set_m128d(pair(1), pair(0));
