@@ -90,7 +90,7 @@ pub const EXPLANATIONS: [Explanation; 28] = [
         pattern: "faults/*",
         meaning: "The comparison can fail: a small fault put into the native engine was found.",
         formula: "The scene is poured with and without the fault; the comparison of the two must fail and name the first difference.",
-        source: "src/reproduce.rs; crates/grains/src/native/perturb.rs",
+        source: "src/reproduce.rs; crates/grains/src/native/fault.rs",
         breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is skipped).",
     },
     Explanation {
