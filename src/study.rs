@@ -8,8 +8,8 @@
 //!
 //! - [`plan`]: `plan.json` with kind, version, the source digest of the physics, the study's own plan, and a digest;
 //! - [`store`]: rows on the disk, each line with a check, which files only grow; [`shard`]: who makes which rows;
-//! - [`machine`]: running (threads, progress, resume, engines that fail), status, merging, reading, reuse of another
-//!   plan's rows; [`shard`]: job arrays; and the record with its checks and document.
+//! - [`folder`]: running (threads, progress, resume, engines that fail), status, merging, reading, reuse of another
+//!   plan's rows; [`slurm`]: job arrays; and the record with its checks and document.
 //!
 //! A task is a number; the plan says what it means. Where tasks share work (one bed, loaded in ten ways), the task is the
 //! shared work, and its row is a list. What is random or timed may stand in a row; [`Study::same`] says then which rows
