@@ -19,19 +19,20 @@ pub enum Fault {
     /// This constant is multiplied by 1 + the size.
     Sized(Constant, f64),
     /// Something of the table below is done in another way.
-    Switched(Name),
+    Switched(Switch),
     /// The same steps take so many times as long, 1 to 100: a fault that no result shows, only a clock.
     Slowed(f64),
 }
 
-/// Of a fault in the table below.
-pub type Name = &'static str;
+/// A row of the table below, by its number, so that no other fault can be named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Switch(usize);
 
-/// What puts it in.
-type Switch = fn(&mut Constants);
+/// A fault's name, and what puts it in.
+type Row = (&'static str, fn(&mut Constants));
 
 /// What can be done in another way. Where nothing slips or turns, another slip velocity or arm is no fault.
-const SWITCHES: [(Name, Switch); 7] = [
+const SWITCHES: [Row; 7] = [
     // The forces on a grain are summed from the highest partner down.
     ("sums=reversed", |constants| constants.reversed_sums = true),
     // The right wall is where nothing comes near it.
@@ -64,8 +65,10 @@ const SWITCHES: [(Name, Switch); 7] = [
     }),
 ];
 
-fn switch(name: &str) -> Option<(Name, Switch)> {
-    SWITCHES.into_iter().find(|switch| switch.0 == name)
+impl fmt::Display for Switch {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(SWITCHES[self.0].0)
+    }
 }
 
 const SLOW: &str = "slow";
@@ -78,16 +81,16 @@ const SLOWEST: f64 = 100.0;
 #[error(
     "unknown perturbation {found:?}; write one of {} with a number S, or one of {}, or slow=F with a factor F of 1 to {SLOWEST}",
     Constant::faults().map(|constant| format!("{constant}=S")).collect::<Vec<_>>().join(", "),
-    Fault::switches().collect::<Vec<_>>().join(", ")
+    Fault::switches().map(|switch| switch.to_string()).collect::<Vec<_>>().join(", ")
 )]
 pub struct FaultError {
     found: String,
 }
 
 impl Fault {
-    /// The names of all things that can be done in another way.
-    pub fn switches() -> impl Iterator<Item = Name> {
-        SWITCHES.into_iter().map(|switch| switch.0)
+    /// All things that can be done in another way.
+    pub fn switches() -> impl Iterator<Item = Switch> {
+        (0..SWITCHES.len()).map(Switch)
     }
 
     /// Whether a run of this scene is any different with the fault: without gravity, a fault in it is none.
@@ -109,10 +112,7 @@ impl Fault {
     pub(super) fn apply(self, given: &mut Given) {
         match self {
             Fault::Sized(constant, size) => constant.enlarge(given, size),
-            Fault::Switched(name) => {
-                let (_, change) = switch(name).expect("a switch of the list");
-                change(&mut given.constants);
-            }
+            Fault::Switched(Switch(row)) => SWITCHES[row].1(&mut given.constants),
             Fault::Slowed(_) => {}
         }
     }
@@ -126,8 +126,8 @@ impl Fault {
     }
 
     fn known(text: &str) -> Option<Self> {
-        if let Some((name, _)) = switch(text) {
-            return Some(Fault::Switched(name));
+        if let Some(row) = SWITCHES.iter().position(|(name, _)| *name == text) {
+            return Some(Fault::Switched(Switch(row)));
         }
         let (what, size) = text.split_once('=')?;
         let size: f64 = size.parse().ok()?;
@@ -154,7 +154,7 @@ impl fmt::Display for Fault {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fault::Sized(constant, size) => write!(out, "{constant}={size:e}"),
-            Fault::Switched(name) => out.write_str(name),
+            Fault::Switched(switch) => switch.fmt(out),
             Fault::Slowed(factor) => write!(out, "{SLOW}={factor}"),
         }
     }
