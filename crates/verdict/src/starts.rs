@@ -6,17 +6,17 @@ use grains::generate::{can_turn, initial_bodies};
 use grains::model::{Axis, Law, Model, Wall};
 use grains::native::{self, NativeError, first_contact_punch};
 use grains::scene::{
-    Cloud, ContactLaw, Damping, Material, NewContactSlip, Rotation, Scene, SlipVelocity, Tension,
-    TimeStep, TorqueArms, Viscosity, paper_scene,
+    AfterForce, Cloud, ContactLaw, Damping, Material, NewContactSlip, Rotation, Scene,
+    SlipVelocity, Tension, TimeStep, TorqueArms, Viscosity, paper_scene,
 };
 use grains::tables::{Bodies, Punch, Snapshot, Stage};
-use grains::task::{Case, Observer, Task};
+use grains::task::{Case, Observer, Seen, Task};
 use serde::Serialize;
 
 use evidence::random::Source;
 
 use crate::contacts::at_a_corner;
-use crate::excerpt::Excerpt;
+use crate::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
 pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];
@@ -223,6 +223,8 @@ const STABLE: f64 = 0.2;
 const FASTEST: f64 = 8.0;
 /// A grain beside the punch stands so much higher than those below it, over its radius, that a punch that does not see it starts lower.
 const HIGHER: f64 = 1.0e-3;
+/// Steps of loading before a punch that stands still is looked at.
+const STANDS_AFTER: u64 = 1000;
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
 const LOOKED_AT: u64 = 50;
 
@@ -380,6 +382,31 @@ impl Bed {
         )?);
         let (name, key) = ("loading to its end", "excerpt-to-end");
         excerpts.extend(Excerpt::to_end(name, key, smooth, rest.clone())?);
+        let pressed = self
+            .states
+            .iter()
+            .find(|state| state.0 == Start::UnderPunch);
+        if let Some((_, bodies, Some(punch))) = pressed {
+            let standing = Punch {
+                velocity: 0.0,
+                ..*punch
+            };
+            let from = grains::task::Start {
+                stage: Stage::Load,
+                step: STANDS_AFTER,
+                punch: Some(standing),
+                seen: Seen {
+                    standing_since: Some(STANDS_AFTER),
+                    ..Seen::default()
+                },
+                ..bodies.clone().into()
+            };
+            let mut scene = smooth.clone();
+            let seconds = 2.0 * STEPS_OF_EXCERPT as f64 * scene.time_step_seconds();
+            scene.loading.after_force = AfterForce::StandStill { seconds };
+            let (name, key) = ("a punch that stands still", "excerpt-standing");
+            excerpts.push(Excerpt::new(name, key, &scene, from));
+        }
         can_turn(&rough, &mut rest.bodies);
         if let Some(mut scene) = at_its_corner(&rough, &rest.bodies) {
             // With friction at the corner that touches first the force is not that of springs alone.
