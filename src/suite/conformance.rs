@@ -13,11 +13,13 @@ use crate::files::work_folder;
 use crate::run::EngineError;
 use crate::suite::parameters::apart;
 use crate::suite::{Grain, case, model, springs, world};
-use grains::generate::initial_bodies;
+use grains::generate::{can_turn, initial_bodies};
 use grains::native;
 use grains::scene::{Cloud, Damping, Scene, paper_scene};
 use grains::tables::{Bodies, Contact, Snapshot, Stage};
 use grains::task::{Case, StageReport, Task};
+use verdict::envelope::Resolution;
+use verdict::excerpt::Excerpt;
 use verdict::judge::{Judgement, Verdict};
 
 /// The ids of the checks of first steps begin with this.
@@ -126,7 +128,14 @@ impl Conformance {
                 format!("its first steps were not looked at{why}.")
             }
         };
-        first_steps::with_verdict(self.verdict(), &said)
+        let id = "engine/every-step";
+        let followed = |check: &Check| check.id == id && check.outcome == Outcome::Pass;
+        let agrees = [Verdict::Identical, Verdict::EqualToRounding].contains(&self.verdict());
+        let more = match agrees && self.checks.iter().any(followed) {
+            true => format!(" Of a small bed {LONG} steps were looked at, each of them."),
+            false => String::new(),
+        };
+        first_steps::with_verdict(self.verdict(), &(said + &more))
     }
 }
 
@@ -169,6 +178,11 @@ pub fn conformance(
     progress("again");
     let said = again(engine);
     found.add("again", "the small bed once more", said)?;
+    progress("every step");
+    let resolution = first_steps.as_ref().map(|found| found.resolution);
+    let said = every_step(engine, resolution.unwrap_or(Resolution::COARSE_DOUBLE));
+    let what = "a small bed poured for some thousand steps, native going on from each of its moments to the next";
+    found.add("every-step", what, said)?;
     progress("cases");
     let said = cases(engine, single);
     let what = "two lists of grains in one start, each looked at three times";
@@ -248,6 +262,41 @@ fn again(engine: &dyn Engine) -> Said {
     let why = "two runs of one job have other bits: threads that add forces in the order in which they come, or a random \
                number without a fixed seed";
     Err(Trouble::Wrong(why.to_owned()))
+}
+
+/// What is wrong late in a run alone, or now and then, is in no first steps: the native engine goes on from each moment that a longer run
+/// tells, and what the run tells next is among its replicas.
+fn every_step(engine: &dyn Engine, resolution: Resolution) -> Said {
+    let [rough, smooth] = [true, false].map(long_pouring);
+    let job = match engine.lacks(&rough.scene, &rough.task) {
+        None => rough,
+        Some(_) => smooth,
+    };
+    has_all(engine.lacks(&job.scene, &job.task))?;
+    let moments = in_engine(engine, &job)?.moments;
+    for pair in moments.windows(2) {
+        let (from, to) = (pair[0].step, pair[1].step);
+        let excerpt = Excerpt::of_moments(&job.scene, &pair[0], to)?;
+        let judged = excerpt.judge(
+            Ok(pair.to_vec()),
+            resolution.coarser(Resolution::COARSE_DOUBLE),
+        )?;
+        if judged.verdict == Verdict::Different {
+            let found = judged.skipped.clone().unwrap_or(judged.in_words());
+            let why = format!("gone on with by native from step {from} to step {to}: {found}");
+            return Err(Trouble::Wrong(why));
+        }
+    }
+    match moments.last() {
+        Some(last) if last.step == LONG => Ok(format!(
+            "equal to rounding from each moment to the next, {} steps in all; {} contacts at the end",
+            LONG,
+            last.contacts.len()
+        )),
+        _ => Err(Trouble::Wrong(format!(
+            "it did not make the {LONG} steps that were asked for"
+        ))),
+    }
 }
 
 /// A list of two small experiments in one start.
@@ -643,6 +692,25 @@ fn bed() -> Job {
     let mut job = Job::new("bed", what, (scene, task), |_, _, _| Ok(()));
     job.slack = GROWN;
     job
+}
+
+/// Steps of the longest of these jobs.
+const LONG: u64 = 6400;
+
+/// With friction, or springs alone.
+fn long_pouring(rough: bool) -> Job {
+    let mut scene = small_bed(60);
+    scene.particles.dispersion = 0.05;
+    if rough {
+        scene.material.friction_angle = 0.5;
+        scene.material.stiffness_ratio = 0.3;
+    }
+    let mut bodies = initial_bodies(&scene);
+    // They are on the floor soon.
+    bodies.vz.fill(-2.0);
+    can_turn(&scene, &mut bodies);
+    let task = Task::pour(bodies, LONG);
+    Job::new("every-step", "", (scene, task), |_, _, _| Ok(()))
 }
 
 fn rules() -> Job {

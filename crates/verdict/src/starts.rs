@@ -204,6 +204,8 @@ pub struct Bed {
     rising: Bodies,
 }
 
+/// Grains of the largest state, about.
+const LARGE: usize = 5400;
 /// Grains of the paper's scene.
 const ALL_GRAINS: f64 = 5000.0;
 /// The largest speed of spins that grains are given, rad/s.
@@ -457,7 +459,41 @@ impl Bed {
         };
         let usual = LawKind::NAMES.into_iter().flat_map(|(law, _)| of_law(law));
         let drawn = (1..=DRAWN).filter_map(|number| self.drawn_state(number));
-        usual.chain(drawn).collect()
+        usual.chain(drawn).chain([self.large_state()]).collect()
+    }
+
+    /// The bed at rest many times side by side: what goes wrong beyond some number of grains shows in its first steps.
+    fn large_state(&self) -> State {
+        let scene = &self.scene;
+        let find = |state: &&(Start, Bodies, Option<Punch>)| state.0 == Start::AtRest;
+        let (_, bed, _) = self.states.iter().find(find).expect("every bed has it");
+        let copies = (LARGE / bed.len().max(1)).max(2);
+        let mut bodies = Bodies::default();
+        for copy in 0..copies {
+            let shift = copy as f64 * scene.container.width;
+            for id in 0..bed.len() {
+                let (place, velocity) = ([bed.x[id] + shift, bed.z[id]], [bed.vx[id], bed.vz[id]]);
+                bodies.push(place, velocity, bed.radius[id], bed.mass[id]);
+            }
+        }
+        let mut model = Model::of(scene);
+        model.walls[1].place *= copies as f64;
+        let name = format!("{} grains at rest", bodies.len());
+        State {
+            case: Case {
+                name: format!("{}, {name}", LawKind::Springs.name()),
+                model,
+                bodies,
+                punch: None,
+                moments: MOMENTS[..4].to_vec(),
+            },
+            law: LawKind::Springs.name().to_owned(),
+            start: name,
+            key: "springs-large".to_owned(),
+            probed: false,
+            drawn: true,
+            faster: copies as f64,
+        }
     }
 
     /// The scene with every key that an engine can read drawn apart, in both stages: what is right for each value alone may be wrong for
@@ -632,7 +668,7 @@ pub struct State {
     pub probed: bool,
     /// Whether it is one of many that are drawn: it is held against replicas, and no limits are measured in it.
     pub drawn: bool,
-    /// How many times as fast grains are as where an engine's precision is measured.
+    /// How many times as fast grains are as where an engine's precision is measured, or as far away.
     pub faster: f64,
     pub case: Case,
 }
