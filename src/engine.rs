@@ -24,6 +24,7 @@ use crate::exit;
 use crate::files::{FileError, Place, read_text, work_folder};
 use grains::model::Model;
 use grains::native::{self as own, NativeError, Trouble};
+use grains::rules::Rules;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
@@ -52,6 +53,11 @@ pub trait Engine: std::fmt::Debug + Send + Sync {
     /// Terms of the model that it says it has in another form.
     fn forms(&self) -> &[Form] {
         &[]
+    }
+
+    /// Rules that it says it has, whatever the model says.
+    fn rules(&self) -> Rules {
+        Rules::default()
     }
 
     /// What it does not have of what the task asks for, in words.
@@ -319,6 +325,9 @@ pub struct Description {
     /// Terms of the model that it has in another form; what is found wrong is explained by them first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub forms: Vec<Form>,
+    /// Rules that it has, whatever the model says; by them it is judged. From version 2 on.
+    #[serde(default, skip_serializing_if = "Rules::are_usual")]
+    pub rules: Rules,
 }
 
 impl Description {
@@ -329,7 +338,7 @@ impl Description {
             undescribed(path)(format!("{error}; it printed {printed:?}"))
         };
         let Versioned { protocol } = serde_json::from_str(text).map_err(broken)?;
-        if protocol != u64::from(PROTOCOL) {
+        if !(1..=u64::from(PROTOCOL)).contains(&protocol) {
             return Err(ProgramError::OtherProtocol { found: protocol });
         }
         let description: Description = serde_json::from_str(text).map_err(broken)?;
@@ -502,6 +511,12 @@ pub fn missing_for_scene(engine: &Description, scene: &Scene, task: &Task) -> Ve
     }
     asked.retain(|part| !engine.has(*part));
     asked
+}
+
+/// Rules that a model has and an engine that has these has not, in words.
+pub fn lacking_rules(model: Rules, has: Rules) -> Option<String> {
+    let lacking = model.unusual().find(|choice| !choice.is_in(&has))?;
+    Some(format!("rule {}", lacking.name()))
 }
 
 /// What this case asks for and the engine does not have.

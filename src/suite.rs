@@ -24,6 +24,7 @@ use serde::Serialize;
 
 use crate::checks::{Check, Outcome};
 use grains::model::{Axis, Law, Model, Wall};
+use grains::rules::Rules;
 use grains::scene::{ContactLaw, SlipVelocity, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Contact, Punch, Snapshot};
 use grains::task::Case;
@@ -354,6 +355,7 @@ pub fn world(law: Law, dt: f64, gravity: [f64; 2], alpha: f64, [x, z]: [&[f64]; 
         dt,
         walls: across.chain(up).collect(),
         law,
+        rules: Rules::default(),
     }
 }
 

@@ -94,6 +94,15 @@ pub fn from_bed(
         let work = work_folder().map_err(ProgramError::File)?;
         engine.run_cases(cases, work.path())
     };
+    let under;
+    let asked = &reference.excerpts;
+    let reference = match engine.rules() {
+        rules if rules.are_usual() => reference,
+        rules => {
+            under = reference.under(rules);
+            &under
+        }
+    };
     let mut found = reference.judge(
         engine.forms(),
         &|case| engine.lacks_for(case),
@@ -101,13 +110,13 @@ pub fn from_bed(
         progress,
     )?;
     let nobody_to_ask = found.starts.iter().all(|start| start.skipped.is_some());
-    for excerpt in &reference.excerpts {
+    for (asked, excerpt) in asked.iter().zip(&reference.excerpts) {
         progress(&excerpt.start);
-        match engine.lacks(&excerpt.scene, &excerpt.task) {
+        match engine.lacks(&asked.scene, &asked.task) {
             _ if nobody_to_ask => {}
             Some(lacking) => found.not_asked.push(excerpt.not_asked(lacking)),
             None => {
-                let judged = match run_excerpt(engine, excerpt) {
+                let judged = match run_excerpt(engine, asked) {
                     // What is wrong with it is known, and may well end its run.
                     Err(error) if found.verdict() == Verdict::Different => {
                         excerpt.failed(error.to_string())

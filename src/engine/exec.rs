@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::lacking_rules;
 use super::limits::{self, Beats, Done, Limits, end_of, watch};
 use super::read::{self, Timed, TimedSteps};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
@@ -23,13 +24,14 @@ use crate::files::{
 };
 use crate::tables as text;
 use grains::model::Model;
+use grains::rules::Rules;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Punch, Stage};
 use grains::task::{Case, Observer, Task, Until};
 use grains::variant::Form;
 use verdict::Answer;
 
-pub const PROTOCOL: u32 = 1;
+pub const PROTOCOL: u32 = 2;
 
 /// A program that is an engine, and how far it may go.
 #[derive(Debug, Clone, PartialEq)]
@@ -363,12 +365,21 @@ impl Engine for ExternalEngine {
         &self.description.forms
     }
 
+    fn rules(&self) -> Rules {
+        self.description.rules
+    }
+
     fn lacks(&self, scene: &Scene, task: &Task) -> Option<String> {
-        listed_parts(missing_for_scene(&self.description, scene, task))
+        lacking_rules(scene.rules, self.rules()).or(listed_parts(missing_for_scene(
+            &self.description,
+            scene,
+            task,
+        )))
     }
 
     fn lacks_for(&self, case: &Case) -> Option<String> {
-        listed_parts(missing_for_case(&self.description, case))
+        lacking_rules(case.model.rules, self.rules())
+            .or(listed_parts(missing_for_case(&self.description, case)))
     }
 
     fn run(
@@ -550,7 +561,9 @@ fn told(punch: Punch) -> Value {
 
 /// Writes `job.json`; `settings` are those of an adapter, null where there are none.
 fn write_job(folder: &Path, mut job: Value, settings: &Value) -> Result<()> {
-    job["protocol"] = PROTOCOL.into();
+    // Rules came with the second version.
+    let has_rules = !job["model"]["rules"].is_null();
+    job["protocol"] = (1 + u32::from(has_rules)).into();
     if !settings.is_null() {
         job["settings"] = settings.clone();
     }

@@ -9,6 +9,7 @@ use super::exec::PROTOCOL;
 use super::{Description, Engine, EngineError, EngineRecord, Part, Run};
 
 use grains::native::{self, Options};
+use grains::rules::Rules;
 use grains::scene::Scene;
 use grains::task::{Case, Observer, Task};
 use verdict::Answer;
@@ -40,6 +41,7 @@ impl Engine for Options {
             parts: Part::value_variants().to_vec(),
             approximations: Vec::new(),
             forms: Vec::new(),
+            rules: Rules::default(),
         })
     }
 

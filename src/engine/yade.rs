@@ -15,13 +15,14 @@ use super::limits::{Done, Limits};
 use super::read::{Timed, TimedSteps};
 use super::{
     Description, Engine, EngineError, EngineRecord, Part, ProgramError, Result, Run, ensure, exec,
-    nonsense, read, read_json,
+    lacking_rules, nonsense, read, read_json,
 };
 use crate::child::on_path;
 use crate::files::{
     Place, link, new_folder, regular, sha256_hex, whole_path, work_folder, write_whole,
 };
 use grains::model::Model;
+use grains::rules::Rules;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::{Case, Effective, Load, Observer, Task};
@@ -91,6 +92,7 @@ impl Engine for Options {
             parts: Part::value_variants().to_vec(),
             approximations: Vec::new(),
             forms: Vec::new(),
+            rules: Rules::default(),
         })
     }
 
@@ -272,6 +274,7 @@ pub fn unsupported(model: &Model) -> Option<String> {
     reason
         .or(timed.then_some("slip since touch (contact.new_contact_slip = since_touch)"))
         .map(str::to_owned)
+        .or_else(|| lacking_rules(model.rules, Rules::default()))
 }
 
 #[derive(Debug, Clone, PartialEq)]

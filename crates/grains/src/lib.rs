@@ -6,6 +6,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`scene`] | an experiment as a value: grains, contact law, box, pouring, loading; its JSON Schema and validation |
+//! | [`rules`] | the conventions in which codes differ, each with its alternatives |
 //! | [`model`] | a scene resolved to the numbers that a step computes with |
 //! | [`generate`] | the initial grains, a pure function of the scene and its realization |
 //! | [`tables`], [`task`] | what an engine is given and what it returns, whichever it is |
@@ -48,6 +49,7 @@ pub mod measure;
 pub mod model;
 pub mod native;
 pub mod reference;
+pub mod rules;
 pub mod scene;
 pub mod tables;
 pub mod task;

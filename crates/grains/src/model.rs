@@ -8,7 +8,10 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{ContactLaw, Rotation, Scene, Tension, Viscosity};
+use crate::rules::{Arms, NewContact, RestitutionFormula, Rules, Slip, TensionRule};
+use crate::scene::{
+    ContactLaw, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity,
+};
 use crate::tables::Stage;
 
 /// Everything that a step depends on besides the grains and the punch. SI units.
@@ -25,6 +28,9 @@ pub struct Model {
     pub walls: Vec<Wall>,
     /// What happens at a contact.
     pub law: Law,
+    /// The conventions of the step and the law.
+    #[serde(default, skip_serializing_if = "Rules::are_usual")]
+    pub rules: Rules,
 }
 
 /// The contact law with its parameters, the same for grains, walls and punch.
@@ -93,6 +99,7 @@ impl Model {
                 punch_friction_angle: scene.material.punch_friction_angle,
                 contact: scene.contact.clone(),
             },
+            rules: scene.rules,
         }
     }
 }
@@ -123,6 +130,38 @@ impl Law {
     /// Normal stiffness of two grains, N/m: Eq. 4 of the paper, 2E R_i R_j/(R_i + R_j). Engines have their own.
     pub fn normal_stiffness(&self, radius1: f64, radius2: f64) -> f64 {
         2.0 * self.modulus * radius1 * radius2 / (radius1 + radius2)
+    }
+
+    /// These rules with what the law's own keys say in the place of "as the model says".
+    pub fn resolved(&self, mut rules: Rules) -> Rules {
+        let contact = &self.contact;
+        if rules.slip == Slip::AsModel {
+            rules.slip = match contact.slip_velocity {
+                SlipVelocity::RatchetingCorrected => Slip::Corrected,
+                SlipVelocity::ContactPoint => Slip::ContactPoint,
+            };
+        }
+        if rules.torque_arms == Arms::AsModel {
+            rules.torque_arms = match contact.torque_arms {
+                TorqueArms::HalfOverlap => Arms::HalfOverlap,
+                TorqueArms::ContactPoint => Arms::ContactPoint,
+            };
+        }
+        if rules.new_contact == NewContact::AsModel {
+            rules.new_contact = match contact.new_contact_slip {
+                NewContactSlip::WholeStep => NewContact::WholeStep,
+                NewContactSlip::SinceTouch => NewContact::SinceTouch,
+            };
+        }
+        let is_cut = contact.viscosity.tension() == Tension::Clipped;
+        if rules.tension == TensionRule::AsModel {
+            rules.tension = [TensionRule::NotCut, TensionRule::Cut][usize::from(is_cut)];
+        }
+        if rules.restitution == RestitutionFormula::AsModel {
+            let formulas = [RestitutionFormula::Uncut, RestitutionFormula::Cut];
+            rules.restitution = formulas[usize::from(is_cut)];
+        }
+        rules
     }
 
     /// Whether contacts have dashpots.

@@ -5,13 +5,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constant::Given;
-use crate::model::{Model, Wall};
+use crate::model::{Model, Wall, damping_ratio};
 use crate::native::state::Constants;
-use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
-use crate::tables::{Bodies, Body, Contact, Punch, Snapshot, Stage, tangential};
+use crate::rules::{
+    Arms, ArmsAtWalls, DampedGravity, DampedSpins, DampingComponents, DampingVelocity,
+    GivenVelocities, Integration, LimitFrom, NewContact, RestitutionFormula, Rules, Slip,
+    SlipAdded, SlipAtWalls, SpringTurn, SpringWhenSliding, StiffnessMean, TangentialDashpot,
+    TensionRule, WallMass, WallStiffness, WrittenVelocities,
+};
+use crate::scene::{Tension, Viscosity};
+use crate::tables::{Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage, tangential};
 use crate::variant::{Form, Variant};
 
 /// Grains, what their contacts remember and what pushes them. After each step the forces belong to the positions.
+#[derive(Clone)]
 pub struct Reference {
     variant: Variant,
     constants: Constants,
@@ -25,7 +32,8 @@ pub struct Reference {
     pub contacts: Vec<Contact>,
     force: Vec<[f64; 2]>,
     torque: Vec<f64>,
-    memories: BTreeMap<Ids, Memory>,
+    /// What contacts remember, sorted by ids.
+    pub memories: Vec<Remembered>,
     steps: u64,
     /// The radii that stiffnesses are made from, m.
     stiffness_radius: Vec<f64>,
@@ -37,16 +45,21 @@ pub struct Reference {
     touched: BTreeMap<Ids, [f64; 2]>,
     /// Pairs that touched at the start, where others are not found.
     listed: Option<BTreeSet<Ids>>,
+    near: Near,
 }
+
+/// Pairs of grains that are not far apart, as long as no grain has gone far.
+#[derive(Clone, Default)]
+struct Near {
+    pairs: Vec<(u32, u32)>,
+    /// x and z where they were looked for.
+    at: [Vec<f64>; 2],
+}
+
+/// How much farther apart than two of the largest grains is not far, over the largest radius.
+const NEAR: f64 = 0.4;
 
 type Ids = (u32, u32);
-
-#[derive(Clone, Copy)]
-struct Memory {
-    normal: [f64; 2],
-    /// Tangential force on body 2, N.
-    shear: [f64; 2],
-}
 
 /// Where two bodies touch; the normal points from body 1 to body 2.
 #[derive(Clone, Copy)]
@@ -56,7 +69,7 @@ struct Touch {
     normal: [f64; 2],
     point: [f64; 2],
     radii: [f64; 2],
-    slip: SlipVelocity,
+    slip: Slip,
 }
 
 /// How one side of a contact moves.
@@ -81,6 +94,11 @@ impl Reference {
         for (constant, larger) in &variant.larger {
             constant.enlarge(&mut given, *larger);
         }
+        Reference::going_on(given, &[], variant)
+    }
+
+    /// The same from contacts that remember something; where they do, the forces at the start are those that they remember.
+    pub(crate) fn going_on(given: Given, memory: &[Remembered], variant: &Variant) -> Self {
         let Given {
             constants,
             mut bodies,
@@ -103,16 +121,57 @@ impl Reference {
             contacts: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
-            memories: BTreeMap::new(),
+            memories: memory.to_vec(),
             steps: 0,
             before: None,
             touched: BTreeMap::new(),
             listed: None,
+            near: Near::default(),
             constants,
         };
         reference.choose();
-        reference.evaluate();
+        match memory.is_empty() {
+            true => reference.evaluate(),
+            false => reference.look(),
+        }
         reference
+    }
+
+    /// Evaluates the forces without slip or limit, so that what contacts remember stays.
+    fn look(&mut self) {
+        let dt = std::mem::replace(&mut self.constants.dt, 0.0);
+        let tangents = std::mem::replace(&mut self.tangents, [f64::INFINITY; 3]);
+        self.forces();
+        (self.constants.dt, self.tangents) = (dt, tangents);
+    }
+
+    /// The same grains where they are told to be instead, by an engine with errors of its own.
+    pub(crate) fn moved(&self, bodies: &Bodies, punch: Option<Punch>) -> Self {
+        let mut moved = self.clone();
+        moved.put(bodies, punch);
+        if moved.bodies != self.bodies {
+            moved.look();
+        }
+        moved
+    }
+
+    /// Puts grains and punch there; forces stay those of the last evaluation.
+    pub(crate) fn put(&mut self, bodies: &Bodies, punch: Option<Punch>) {
+        let to = &mut self.bodies;
+        to.x.clone_from(&bodies.x);
+        to.z.clone_from(&bodies.z);
+        to.vx.clone_from(&bodies.vx);
+        to.vz.clone_from(&bodies.vz);
+        to.spin.clone_from(&bodies.spin);
+        if self.punch.is_none() {
+            self.felt = punch;
+        }
+        self.punch = punch;
+    }
+
+    /// Force, N, and torque, N·m, on each grain.
+    pub(crate) fn loads(&self) -> (&[[f64; 2]], &[f64]) {
+        (&self.force, &self.torque)
     }
 
     /// Goes on with another model: forces are those of the old one until the next step, contacts keep what they remember.
@@ -121,7 +180,12 @@ impl Reference {
         for (constant, larger) in &self.variant.larger {
             constant.enlarge(&mut given, *larger);
         }
-        self.constants = given.constants;
+        self.change_constants(given.constants);
+    }
+
+    /// The same with constants that are worked out already.
+    pub(crate) fn change_constants(&mut self, constants: Constants) {
+        self.constants = constants;
         self.choose();
     }
 
@@ -130,21 +194,20 @@ impl Reference {
         (self.punch, self.felt) = (Some(punch), Some(punch));
     }
 
-    /// Takes the law's choices, or the other ones.
+    /// Takes the model's rules, or the other ones of the variant.
     fn choose(&mut self) {
-        let contact = &mut self.constants.law.contact;
         for form in &self.variant.forms {
-            match form {
-                Form::OtherTorqueArms => contact.torque_arms = contact.torque_arms.other(),
-                Form::OtherSlip => contact.slip_velocity = contact.slip_velocity.other(),
-                Form::OtherNewContact => {
-                    contact.new_contact_slip = contact.new_contact_slip.other();
-                }
-                Form::OtherClipping => contact.viscosity.clip_otherwise(),
-                _ => {}
+            if let Form::Rule(choice) = form {
+                choice.set(&mut self.constants.rules);
             }
         }
-        self.tangents = self.constants.law.friction_angles().map(f64::tan);
+        let law = &self.constants.law;
+        self.tangents = law.friction_angles().map(f64::tan);
+        self.constants.rules = law.resolved(self.constants.rules);
+    }
+
+    fn rules(&self) -> &Rules {
+        &self.constants.rules
     }
 
     fn has(&self, form: Form) -> bool {
@@ -175,25 +238,27 @@ impl Reference {
 
     fn integrate(&mut self) {
         let Constants { dt, alpha, .. } = self.constants;
-        let (mut kick, mut judged_at) = (1.0, 0.5);
-        for form in &self.variant.forms {
-            match form {
-                Form::FirstKick(share) if self.steps == 0 => kick = *share,
-                Form::DampingVelocity(share) => judged_at = *share,
-                _ => {}
+        let mut kick = 1.0;
+        if self.steps == 0 {
+            if self.rules().given_velocities == GivenVelocities::AtStart {
+                kick = 0.5;
+            }
+            for form in &self.variant.forms {
+                if let Form::FirstKick(share) = form {
+                    kick = *share;
+                }
             }
         }
+        let integration = self.rules().integration;
         for i in 0..self.bodies.len() {
             let before = [self.bodies.vx[i], self.bodies.vz[i]];
-            let a = self.acceleration(i, before, judged_at);
+            let a = self.acceleration(i, before);
             // Multiplied by one where the kick is whole, which keeps the bits.
             let after = [0, 1].map(|axis| before[axis] + dt * a[axis] * kick);
-            let moving = if self.has(Form::MovedBeforeKick) {
-                before
-            } else if self.has(Form::MovedInMiddleOfKick) {
-                [0, 1].map(|axis| 0.5 * (before[axis] + after[axis]))
-            } else {
-                after
+            let moving = match integration {
+                Integration::KickDrift => after,
+                Integration::DriftKick => before,
+                Integration::Taylor => [0, 1].map(|axis| 0.5 * (before[axis] + after[axis])),
             };
             let bodies = &mut self.bodies;
             [bodies.vx[i], bodies.vz[i]] = after;
@@ -201,7 +266,7 @@ impl Reference {
             bodies.z[i] += dt * moving[1];
         }
         if self.constants.law.rotates() && !self.has(Form::SpinsKept) {
-            let undamped = self.has(Form::SpinUndamped);
+            let undamped = self.rules().damped_spins == DampedSpins::Undamped;
             let Bodies { spin, inertia, .. } = &mut self.bodies;
             for ((spin, inertia), torque) in spin.iter_mut().zip(inertia).zip(&self.torque) {
                 let mut turn = torque / *inertia;
@@ -214,7 +279,7 @@ impl Reference {
     }
 
     /// That of grain `i` with local damping, m/s².
-    fn acceleration(&self, i: usize, velocity: [f64; 2], judged_at: f64) -> [f64; 2] {
+    fn acceleration(&self, i: usize, velocity: [f64; 2]) -> [f64; 2] {
         let Constants {
             dt, gravity, alpha, ..
         } = self.constants;
@@ -223,26 +288,32 @@ impl Reference {
         if alpha == 0.0 {
             return a;
         }
-        if self.has(Form::DampingAlongVelocity) {
-            let speed = velocity[0].hypot(velocity[1]).max(f64::MIN_POSITIVE);
-            let size = a[0].hypot(a[1]);
-            return [0, 1].map(|axis| a[axis] - alpha * size * velocity[axis] / speed);
-        }
-        let undamped = self.has(Form::GravityUndamped);
-        let acting = if undamped { by_contacts } else { a };
-        let mut power =
-            [0, 1].map(|axis| acting[axis] * (velocity[axis] + judged_at * dt * a[axis]));
-        if self.has(Form::DampingByWholePower) {
-            power = [power[0] + power[1]; 2];
-        }
-        [0, 1].map(|axis| {
-            let damped = acting[axis] * (1.0 - alpha * sign(power[axis]));
-            if undamped {
-                damped + gravity[axis]
-            } else {
-                damped
+        let spared = self.rules().damped_gravity == DampedGravity::Spared;
+        let acting = if spared { by_contacts } else { a };
+        let judged_at = match self.rules().damping_velocity {
+            DampingVelocity::Middle => 0.5,
+            DampingVelocity::Before => 0.0,
+            DampingVelocity::After => 1.0,
+        };
+        let judged = [0, 1].map(|axis| velocity[axis] + judged_at * dt * a[axis]);
+        let power = [0, 1].map(|axis| acting[axis] * judged[axis]);
+        let damped = match self.rules().damping_components {
+            DampingComponents::Each => {
+                [0, 1].map(|axis| acting[axis] * (1.0 - alpha * sign(power[axis])))
             }
-        })
+            DampingComponents::WholePower => {
+                acting.map(|part| part * (1.0 - alpha * sign(power[0] + power[1])))
+            }
+            DampingComponents::AlongVelocity => {
+                let speed = velocity[0].hypot(velocity[1]).max(f64::MIN_POSITIVE);
+                let size = acting[0].hypot(acting[1]);
+                [0, 1].map(|axis| acting[axis] - alpha * size * velocity[axis] / speed)
+            }
+        };
+        match spared {
+            true => [0, 1].map(|axis| damped[axis] + gravity[axis]),
+            false => damped,
+        }
     }
 
     fn evaluate(&mut self) {
@@ -262,7 +333,10 @@ impl Reference {
         self.torque = vec![0.0; grains];
         self.contacts.clear();
         let touching = self.touching();
-        let mut remembered = std::mem::take(&mut self.memories);
+        let room = Vec::with_capacity(touching.len());
+        let before = std::mem::replace(&mut self.memories, room);
+        // Both are sorted by ids.
+        let mut before = before.into_iter().peekable();
         let mut on_punch = 0.0;
         for (ids, touch) in &touching {
             if !self.is_found(*ids) {
@@ -273,7 +347,12 @@ impl Reference {
                 touch.normal = *self.touched.get(ids).unwrap_or(&touch.normal);
             }
             let (one, two) = (ids.0 as usize, ids.1 as usize);
-            let (force, torques) = self.act(*ids, &touch, remembered.remove(ids));
+            while before
+                .next_if(|memory| (memory.id1, memory.id2) < *ids)
+                .is_some()
+            {}
+            let remembered = before.next_if(|memory| (memory.id1, memory.id2) == *ids);
+            let (force, torques) = self.act(*ids, &touch, remembered);
             let only = |side| touch.first == Body::Grain && self.has(Form::OneSided(side));
             let (first_feels, second_feels) = (!only(1), !only(0));
             if touch.first == Body::Grain && first_feels {
@@ -314,9 +393,9 @@ impl Reference {
     }
 
     /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains, then the punch.
-    fn touching(&self) -> Vec<(Ids, Touch)> {
-        let (grains, ids) = (self.bodies.len(), self.constants.ids);
+    fn touching(&mut self) -> Vec<(Ids, Touch)> {
         let mut all = self.touching_grains();
+        let (grains, ids) = (self.bodies.len(), self.constants.ids);
         for (index, wall) in self.constants.walls.iter().enumerate() {
             if !self.has(Form::WallMissing(index)) {
                 let touch = |i| Some(((ids.wall(index), i as u32), self.wall(wall, i)?));
@@ -330,24 +409,19 @@ impl Reference {
         all
     }
 
-    /// Grains no farther apart in x than two of the largest touch, in the order of their ids.
-    fn touching_grains(&self) -> Vec<(Ids, Touch)> {
-        let bodies = &self.bodies;
-        let reach = 2.0 * bodies.radius.iter().copied().fold(0.0, f64::max);
-        let mut order: Vec<usize> = (0..bodies.len()).collect();
-        order.sort_by(|a, b| bodies.x[*a].total_cmp(&bodies.x[*b]));
-        let mut all = Vec::new();
-        for (at, a) in order.iter().enumerate() {
-            let beyond = order[at + 1..].iter();
-            for b in beyond.take_while(|b| bodies.x[**b] - bodies.x[*a] <= reach) {
-                if (bodies.z[*b] - bodies.z[*a]).abs() <= reach {
-                    let (i, j) = (*a.min(b), *a.max(b));
-                    all.extend(self.grains(i, j).map(|touch| ((i as u32, j as u32), touch)));
-                }
-            }
+    /// Grains that touch, in the order of their ids.
+    fn touching_grains(&mut self) -> Vec<(Ids, Touch)> {
+        let largest = self.bodies.radius.iter().copied().fold(0.0, f64::max);
+        let [x, z] = &self.near.at;
+        let gone = |(now, then): (&f64, &f64)| (now - then).abs() > 0.25 * NEAR * largest;
+        let has_gone =
+            |now: &[f64], then: &[f64]| now.len() != then.len() || now.iter().zip(then).any(gone);
+        if has_gone(&self.bodies.x, x) || has_gone(&self.bodies.z, z) {
+            self.near = near(&self.bodies, (2.0 + NEAR) * largest);
         }
-        all.sort_by_key(|(ids, _)| *ids);
-        all
+        let pairs = self.near.pairs.iter();
+        let touch = |(i, j): &Ids| Some(((*i, *j), self.grains(*i as usize, *j as usize)?));
+        pairs.filter_map(touch).collect()
     }
 
     fn place(&self, i: usize) -> [f64; 2] {
@@ -373,7 +447,7 @@ impl Reference {
             normal,
             point: [x1 + arm * normal[0], z1 + arm * normal[1]],
             radii: [r1, r2],
-            slip: self.constants.law.contact.slip_velocity,
+            slip: self.rules().slip,
         })
     }
 
@@ -391,7 +465,7 @@ impl Reference {
             normal,
             point,
             radii: [radius; 2],
-            slip: self.constants.law.contact.slip_velocity,
+            slip: self.slip_at_walls(self.rules().slip),
         })
     }
 
@@ -423,10 +497,10 @@ impl Reference {
                 normal,
                 [0.5 * (face[0] + deepest[0]), 0.5 * (face[1] + deepest[1])],
                 // As in YADE, whatever is chosen; its law with dashpots never corrects.
-                match self.constants.law.has_dashpots() {
-                    false => SlipVelocity::RatchetingCorrected,
-                    true => SlipVelocity::ContactPoint,
-                },
+                self.slip_at_walls(match self.constants.law.has_dashpots() {
+                    false => Slip::Corrected,
+                    true => Slip::ContactPoint,
+                }),
             ));
         }
         if rx.abs() > ex && rz.abs() > ez && self.has(Form::CornersMissing) {
@@ -440,7 +514,17 @@ impl Reference {
         let deepest = [x - normal[0] * radius, z - normal[1] * radius];
         let [px, pz] = [nearest_x + cx, nearest_z + cz];
         let point = [0.5 * (px + deepest[0]), 0.5 * (pz + deepest[1])];
-        (overlap >= 0.0).then(|| flat(overlap, normal, point, SlipVelocity::ContactPoint))
+        let slip = self.slip_at_walls(Slip::ContactPoint);
+        (overlap >= 0.0).then(|| flat(overlap, normal, point, slip))
+    }
+
+    /// Which slip a flat body has that has this one as between grains.
+    fn slip_at_walls(&self, as_slip: Slip) -> Slip {
+        match self.rules().slip_at_walls {
+            SlipAtWalls::AsSlip => as_slip,
+            SlipAtWalls::ContactPoint => Slip::ContactPoint,
+            SlipAtWalls::Unstretched => Slip::Unstretched,
+        }
     }
 
     /// k_n, k_s and c_n of these bodies.
@@ -455,8 +539,8 @@ impl Reference {
                 let radii = [one, two].map(|i| self.stiffness_radius[i]);
                 (radii, m1 * m2 / (m1 + m2))
             }
-            Body::Wall => ([self.stiffness_radius[two]; 2], m2),
-            Body::Punch => (touch.radii, m2),
+            Body::Wall => ([self.stiffness_radius[two]; 2], self.wall_mass(m2)),
+            Body::Punch => (touch.radii, self.wall_mass(m2)),
         };
         let [a, b] = radii.map(|radius| constants.law.modulus * radius);
         let [c, d] = [a, b].map(|side| side * constants.law.stiffness_ratio);
@@ -464,6 +548,11 @@ impl Reference {
             false => (2.0 * a * b / (a + b), 2.0 * c * d / (c + d)),
             true => (series(a, b), series(c, d)),
         };
+        let rigid = self.rules().wall_stiffness == WallStiffness::Rigid;
+        if rigid && touch.first != Body::Grain {
+            k_n *= 2.0;
+            k_s *= 2.0;
+        }
         k_n *= constants.normal_factors[touch.first as usize];
         k_s *= constants.tangential_factor;
         let mut c_n = match constants.law.contact.viscosity {
@@ -473,16 +562,17 @@ impl Reference {
                 2.0 * constants.damping_ratio * (mass * k_n).max(0.0).sqrt()
             }
         };
+        c_n *= self.restitution_factor();
         if touch.first == Body::Grain {
             let [r1, r2] = radii;
-            let mean = self.variant.forms.iter().find_map(|form| match form {
-                Form::ArithmeticMean => Some(0.5 * (r1 + r2)),
-                Form::GeometricMean => Some((r1 * r2).sqrt()),
-                Form::SmallerStiffness => Some(r1.min(r2)),
-                Form::LargerStiffness => Some(r1.max(r2)),
-                Form::StiffnessOfFirst => Some(r1),
-                _ => None,
-            });
+            let mean = match self.rules().stiffness_mean {
+                _ if self.has(Form::StiffnessOfFirst) => Some(r1),
+                StiffnessMean::Harmonic => None,
+                StiffnessMean::Arithmetic => Some(0.5 * (r1 + r2)),
+                StiffnessMean::Geometric => Some((r1 * r2).sqrt()),
+                StiffnessMean::Smaller => Some(r1.min(r2)),
+                StiffnessMean::Larger => Some(r1.max(r2)),
+            };
             if let Some(mean) = mean {
                 let right = 2.0 * r1 * r2 / (r1 + r2);
                 k_n *= mean / right;
@@ -494,6 +584,29 @@ impl Reference {
             }
         }
         Strength { k_n, k_s, c_n }
+    }
+
+    /// The effective mass at walls and punch, kg.
+    fn wall_mass(&self, mass: f64) -> f64 {
+        match self.rules().wall_mass {
+            WallMass::Whole => mass,
+            WallMass::Half => 0.5 * mass,
+        }
+    }
+
+    /// The dashpot by the chosen formula over that of the model.
+    fn restitution_factor(&self) -> f64 {
+        let Viscosity::Restitution { e_n, tension } = self.constants.law.contact.viscosity else {
+            return 1.0;
+        };
+        let chosen = match self.rules().restitution {
+            RestitutionFormula::Cut => Tension::Clipped,
+            _ => Tension::Unclipped,
+        };
+        match damping_ratio(e_n, tension) {
+            0.0 => 1.0,
+            ratio => damping_ratio(e_n, chosen) / ratio,
+        }
     }
 
     /// How the first of a pair and its grain move; what other forms leave out is left out.
@@ -520,7 +633,12 @@ impl Reference {
     }
 
     /// What a contact does: the force on body 2, and the torques on both. What it remembers moves on by a step.
-    fn act(&mut self, ids: Ids, touch: &Touch, remembered: Option<Memory>) -> ([f64; 2], [f64; 2]) {
+    fn act(
+        &mut self,
+        ids: Ids,
+        touch: &Touch,
+        remembered: Option<Remembered>,
+    ) -> ([f64; 2], [f64; 2]) {
         let strength = self.strength(ids, touch);
         let on = self.motions(ids, touch.first);
         let [nx, nz] = touch.normal;
@@ -529,7 +647,7 @@ impl Reference {
         if self.constants.law.has_dashpots() {
             let [vx, vz] = at_contact_point(touch, on);
             normal_force -= strength.c_n * (nx * vx + nz * vz);
-            clips = self.constants.law.contact.viscosity.tension() == Tension::Clipped;
+            clips = self.rules().tension == TensionRule::Cut;
         }
         // A force that is cut has no direction, not that of −0.
         let normal_force = match normal_force < 0.0 && clips {
@@ -538,18 +656,16 @@ impl Reference {
         };
         let mut shear = [0.0; 2];
         if self.constants.law.has_friction() {
-            shear = self.shear(touch, on, &strength, normal_force, remembered);
-            let normal = touch.normal;
-            self.memories.insert(ids, Memory { normal, shear });
+            let kept;
+            (shear, kept) = self.shear(touch, on, &strength, normal_force, remembered);
+            self.memories.push(Remembered {
+                id1: ids.0,
+                id2: ids.1,
+                normal: touch.normal,
+                shear: kept,
+            });
         }
-        let mut force = [normal_force[0] + shear[0], normal_force[1] + shear[1]];
-        if self.has(Form::DashpotOnWholeVelocity) {
-            let [one, two] = on;
-            let [vx, vz] = [0, 1].map(|axis| two.velocity[axis] - one.velocity[axis]);
-            let along = vx * nx + vz * nz;
-            force[0] -= strength.c_n * (vx - along * nx);
-            force[1] -= strength.c_n * (vz - along * nz);
-        }
+        let force = [normal_force[0] + shear[0], normal_force[1] + shear[1]];
         let [fx, fz] = force;
         self.contacts.push(Contact {
             id1: ids.0,
@@ -563,28 +679,35 @@ impl Reference {
         (force, self.torques(touch, on, force))
     }
 
-    /// The tangential force on body 2, N.
+    /// The tangential force on body 2, N, and what its spring remembers of it.
     fn shear(
         &self,
         touch: &Touch,
         on: [Motion; 2],
         strength: &Strength,
         normal_force: [f64; 2],
-        remembered: Option<Memory>,
-    ) -> [f64; 2] {
+        remembered: Option<Remembered>,
+    ) -> ([f64; 2], [f64; 2]) {
         let dt = self.constants.dt;
         let [nx, nz] = touch.normal;
-        let [mut sx, mut sz] =
-            remembered.map_or([0.0; 2], |memory| self.turned(memory, touch.normal));
+        let before_turn = self.rules().slip_added == SlipAdded::BeforeTurn;
+        let before = remembered.map(|memory| (memory.normal, memory.shear));
+        let [mut sx, mut sz] = match before {
+            Some((_, shear)) if before_turn => shear,
+            Some((normal, shear)) => self.turned(normal, shear, touch.normal),
+            None => [0.0; 2],
+        };
         let [vx, vz] = self.slip_velocity(touch, on);
         let along = nx * vx + nz * vz;
         let [tx, tz] = [vx - along * nx, vz - along * nz];
         // The way since they met, over the way in this step.
         let mut share = 1.0;
         let way = -along * dt;
-        let timed = self.constants.law.contact.new_contact_slip == NewContactSlip::SinceTouch;
-        if timed && remembered.is_none() && way > touch.overlap {
-            share = touch.overlap / way;
+        match self.rules().new_contact {
+            _ if remembered.is_some() => {}
+            NewContact::SinceTouch if way > touch.overlap => share = touch.overlap / way,
+            NewContact::Nothing => share = 0.0,
+            _ => {}
         }
         // YADE's laws with and without a dashpot multiply in different orders.
         let [gx, gz] = match self.constants.law.has_dashpots() {
@@ -593,43 +716,78 @@ impl Reference {
         };
         sx -= share * gx;
         sz -= share * gz;
+        if let (true, Some((normal, _))) = (before_turn, before) {
+            [sx, sz] = self.turned(normal, [sx, sz], touch.normal);
+        }
         let tangent = self.tangents[touch.first as usize];
         let [fx, fz] = normal_force;
         if self.has(Form::NoCoulombLimit) {
-            return [sx, sz];
+            return ([sx, sz], [sx, sz]);
         }
         if self.has(Form::CoulombByComponent) {
             let limit = fx.hypot(fz) * tangent;
-            return [sx, sz].map(|part| part.max(-limit).min(limit));
+            let limited = [sx, sz].map(|part| part.max(-limit).min(limit));
+            return (limited, limited);
         }
-        let limit_squared = match self.has(Form::CoulombOfSpring) {
-            true => (strength.k_n * touch.overlap * tangent).powi(2),
-            false => (fx * fx + fz * fz) * (tangent * tangent),
+        let limit_squared = match self.rules().limit_from {
+            LimitFrom::Spring => (strength.k_n * touch.overlap * tangent).powi(2),
+            LimitFrom::WholeForce => (fx * fx + fz * fz) * (tangent * tangent),
         };
-        let squared = sx * sx + sz * sz;
-        if squared > limit_squared {
-            let cut = limit_squared.sqrt() / squared.sqrt();
-            sx *= cut;
-            sz *= cut;
-        }
-        [sx, sz]
+        let limited = |[x, z]: [f64; 2]| {
+            let squared = x * x + z * z;
+            if squared > limit_squared {
+                let cut = limit_squared.sqrt() / squared.sqrt();
+                return [x * cut, z * cut];
+            }
+            [x, z]
+        };
+        let dashpot = self.rules().tangential_dashpot;
+        let braking = match dashpot {
+            TangentialDashpot::None => [0.0; 2],
+            _ => [-strength.c_n * tx, -strength.c_n * tz],
+        };
+        let within = match dashpot {
+            TangentialDashpot::Within => [sx + braking[0], sz + braking[1]],
+            _ => [sx, sz],
+        };
+        let cut = limited(within);
+        let slides = cut != within;
+        let kept = match (slides, self.rules().spring_when_sliding, dashpot) {
+            // What is left for the spring where both are limited together.
+            (true, SpringWhenSliding::Limited, TangentialDashpot::Within) => {
+                [cut[0] - braking[0], cut[1] - braking[1]]
+            }
+            (true, SpringWhenSliding::Limited, _) => cut,
+            (true, SpringWhenSliding::Nothing, _) => [0.0; 2],
+            _ => [sx, sz],
+        };
+        let is_added = match dashpot {
+            TangentialDashpot::Beyond => true,
+            TangentialDashpot::WhileSticking => !slides,
+            _ => false,
+        };
+        let force = match is_added {
+            true => [cut[0] + braking[0], cut[1] + braking[1]],
+            false => cut,
+        };
+        (force, kept)
     }
 
     /// The tangential force of the step before, turned with the normal.
-    fn turned(&self, Memory { normal, shear }: Memory, [nx, nz]: [f64; 2]) -> [f64; 2] {
+    fn turned(&self, normal: [f64; 2], shear: [f64; 2], [nx, nz]: [f64; 2]) -> [f64; 2] {
         let [sx, sz] = shear;
         if self.has(Form::HistoryReset) {
             return [0.0; 2];
         }
-        if self.has(Form::HistoryNotTurned) {
+        let rule = self.rules().spring_turn;
+        if rule == SpringTurn::NotTurned {
             return shear;
         }
-        let keeps_length = self.has(Form::HistoryKeepsLength);
-        if keeps_length || self.has(Form::HistoryProjected) {
+        if rule != SpringTurn::FirstOrder {
             let along = sx * nx + sz * nz;
             let projected = [sx - along * nx, sz - along * nz];
             let size = projected[0].hypot(projected[1]);
-            let grows = keeps_length && size > 0.0;
+            let grows = rule == SpringTurn::KeepsLength && size > 0.0;
             let factor = if grows { sx.hypot(sz) / size } else { 1.0 };
             return projected.map(|part| factor * part);
         }
@@ -642,13 +800,13 @@ impl Reference {
 
     /// That of body 2 against body 1, of which the tangential part is the slip, m/s.
     fn slip_velocity(&self, touch: &Touch, on: [Motion; 2]) -> [f64; 2] {
-        if touch.slip == SlipVelocity::ContactPoint {
+        if touch.slip == Slip::ContactPoint {
             return at_contact_point(touch, on);
         }
         let ([r1, r2], [nx, nz], [one, two]) = (touch.radii, touch.normal, on);
-        let stretch = match self.has(Form::SlipNotStretched) {
-            true => 1.0,
-            false => (r1 + r2) / (r1 + r2 - touch.overlap),
+        let stretch = match touch.slip {
+            Slip::Unstretched => 1.0,
+            _ => (r1 + r2) / (r1 + r2 - touch.overlap),
         };
         let [vx, vz] = [0, 1].map(|axis| (two.velocity[axis] - one.velocity[axis]) * stretch);
         [
@@ -665,16 +823,23 @@ impl Reference {
         }
         let [nx, nz] = touch.normal;
         let [fx, fz] = force.map(|part| -part);
-        let whole = self.has(Form::WholeArms) || is_flat && self.has(Form::WholeArmsAtFlatBodies);
-        let mut torques = if whole {
-            touch.radii.map(|radius| radius * (nz * fx - nx * fz))
-        } else if self.constants.law.contact.torque_arms == TorqueArms::HalfOverlap {
-            let turn = nz * fx - nx * fz;
-            touch.radii.map(|r| (r - 0.5 * touch.overlap) * turn)
-        } else {
-            let [[x1, z1], [x2, z2]] =
-                on.map(|motion| [0, 1].map(|axis| touch.point[axis] - motion.place[axis]));
-            [z1 * fx - x1 * fz, z2 * -fx - x2 * -fz]
+        let arms = match self.rules().torque_arms_at_walls {
+            ArmsAtWalls::HalfOverlap if is_flat => Arms::HalfOverlap,
+            ArmsAtWalls::ContactPoint if is_flat => Arms::ContactPoint,
+            ArmsAtWalls::WholeRadius if is_flat => Arms::WholeRadii,
+            _ => self.rules().torque_arms,
+        };
+        let mut torques = match arms {
+            Arms::WholeRadii => touch.radii.map(|radius| radius * (nz * fx - nx * fz)),
+            Arms::HalfOverlap | Arms::AsModel => {
+                let turn = nz * fx - nx * fz;
+                touch.radii.map(|r| (r - 0.5 * touch.overlap) * turn)
+            }
+            Arms::ContactPoint => {
+                let [[x1, z1], [x2, z2]] =
+                    on.map(|motion| [0, 1].map(|axis| touch.point[axis] - motion.place[axis]));
+                [z1 * fx - x1 * fz, z2 * -fx - x2 * -fz]
+            }
         };
         if self.has(Form::TorqueSign) {
             torques[1] = -torques[1];
@@ -682,28 +847,51 @@ impl Reference {
         torques
     }
 
-    /// This moment as a table.
-    pub fn snapshot(&self) -> Snapshot {
+    /// The grains as they are written.
+    pub(crate) fn written(&self) -> Bodies {
         let mut bodies = self.bodies.clone();
         let dt = self.constants.dt;
-        if self.steps > 0 && self.has(Form::WrittenAtWholeSteps) {
+        if self.steps > 0 && self.rules().written_velocities == WrittenVelocities::WholeStep {
             for i in 0..bodies.len() {
                 let velocity = [bodies.vx[i], bodies.vz[i]];
-                let a = self.acceleration(i, velocity, 0.5);
+                let a = self.acceleration(i, velocity);
                 bodies.vx[i] += 0.5 * dt * a[0];
                 bodies.vz[i] += 0.5 * dt * a[1];
             }
         }
+        bodies
+    }
+
+    /// This moment as a table.
+    pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             stage: Stage::Settle,
             step: self.steps,
-            time: self.steps as f64 * dt,
-            bodies,
+            time: self.steps as f64 * self.constants.dt,
+            bodies: self.written(),
             contacts: self.contacts.clone(),
             memory: Vec::new(),
             punch: self.punch,
         }
     }
+}
+
+/// Pairs of grains no farther apart than this in x and in z, in the order of their ids.
+fn near(bodies: &Bodies, reach: f64) -> Near {
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by(|a, b| bodies.x[*a].total_cmp(&bodies.x[*b]));
+    let mut pairs = Vec::new();
+    for (at, a) in order.iter().enumerate() {
+        let beyond = order[at + 1..].iter();
+        for b in beyond.take_while(|b| bodies.x[**b] - bodies.x[*a] <= reach) {
+            if (bodies.z[*b] - bodies.z[*a]).abs() <= reach {
+                pairs.push((*a.min(b) as u32, *a.max(b) as u32));
+            }
+        }
+    }
+    pairs.sort_unstable();
+    let at = [bodies.x.clone(), bodies.z.clone()];
+    Near { pairs, at }
 }
 
 /// Velocity of body 2 against body 1 at the contact point, m/s.

@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::rules::Rules;
 use crate::tables::Stage;
 
 /// The JSON Schema of a scene file, generated from the types; what has a default may be left out.
@@ -49,6 +50,9 @@ pub struct Scene {
     /// What happens at a contact besides its normal spring. Left out, it is what YADE does by default.
     #[serde(default)]
     pub contact: ContactLaw,
+    /// Conventions of the step and the law, where they are not this program's.
+    #[serde(default, skip_serializing_if = "Rules::are_usual")]
+    pub rules: Rules,
     /// What takes energy out besides contacts.
     pub damping: Damping,
     /// Gravitational acceleration, m/s², acting along −z.
@@ -560,14 +564,4 @@ pub enum NewContactSlip {
     WholeStep,
     /// The slip since they met: overlap over approach speed, a step at most.
     SinceTouch,
-}
-
-impl NewContactSlip {
-    /// The other choice.
-    pub(crate) fn other(self) -> Self {
-        match self {
-            NewContactSlip::WholeStep => NewContactSlip::SinceTouch,
-            NewContactSlip::SinceTouch => NewContactSlip::WholeStep,
-        }
-    }
 }

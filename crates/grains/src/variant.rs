@@ -9,6 +9,7 @@ use crate::constant::Constant;
 use crate::model::Model;
 use crate::native::first_contact_punch;
 use crate::reference::Reference;
+use crate::rules::Choice;
 use crate::scene::{Viscosity, paper_scene};
 use crate::tables::{Bodies, Snapshot};
 use crate::task::Case;
@@ -110,28 +111,8 @@ impl Key {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
-    /// The first kick is this share of a whole one: ½ where the given velocities are taken for those of the start.
+    /// The first kick is this share of a whole one.
     FirstKick(f64),
-    /// Positions move with the velocity before the kick.
-    MovedBeforeKick,
-    /// Positions move with the velocity in the middle of the kick.
-    MovedInMiddleOfKick,
-    /// The sign in the damping is that of a·(v + share·Δt·a); ½ is right.
-    DampingVelocity(f64),
-    /// Gravity is not damped: contact forces alone are, by the sign of their own power.
-    GravityUndamped,
-    /// Both components are damped by the sign of the whole power a·v.
-    DampingByWholePower,
-    /// The damping force has the velocity's direction: α|F|, not component by component.
-    DampingAlongVelocity,
-    /// k = E(R₁ + R₂)/2.
-    ArithmeticMean,
-    /// k = E√(R₁R₂).
-    GeometricMean,
-    /// k = E·min(R₁, R₂).
-    SmallerStiffness,
-    /// k = E·max(R₁, R₂).
-    LargerStiffness,
     /// k = E·R₁, of the grain with the lower id.
     StiffnessOfFirst,
     /// A bed of more radii than this has so many classes of equal widths, and stiffnesses are those of the classes' middle radii,
@@ -155,48 +136,20 @@ pub enum Form {
     OldNormals,
     /// Forces are those of the positions before the step.
     OldPositions,
-    /// Velocities are written for whole steps, half a kick after those that belong to the half step.
-    WrittenAtWholeSteps,
     /// Only one grain of a pair feels the force: the first or the second.
     OneSided(usize),
     /// The tangential spring forgets its force in each step.
     HistoryReset,
-    /// The tangential force does not turn with the normal.
-    HistoryNotTurned,
     /// The tangential force turns against the normal.
     HistoryTurnedBack,
-    /// The tangential force turns with the normal and keeps its length; the model's grows by √(1 + sin²) of the angle.
-    HistoryKeepsLength,
-    /// The tangential force is projected onto the new tangent, and shrinks by the angle's cosine.
-    HistoryProjected,
     /// The tangential force is not limited.
     NoCoulombLimit,
     /// Each component of the tangential force is limited by itself.
     CoulombByComponent,
-    /// The limit is that of the spring without the dashpot.
-    CoulombOfSpring,
     /// A dashpot that is made from a restitution has the mean of two masses in the place of the effective mass.
     DashpotOfMeanMass,
-    /// The dashpot brakes the tangential velocity as well.
-    DashpotOnWholeVelocity,
-    /// Half overlap and contact point change places.
-    OtherTorqueArms,
-    /// The arms are the whole radii.
-    WholeArms,
-    /// The arms at walls and punch are the whole radii.
-    WholeArmsAtFlatBodies,
     /// The torque on the second body has the other sign.
     TorqueSign,
-    /// Corrected and contact point velocity change places.
-    OtherSlip,
-    /// Corrected slip is that of the centres' velocities as they are.
-    SlipNotStretched,
-    /// A new contact slips for the time that it has existed, or for the whole step: the other one.
-    OtherNewContact,
-    /// Clipped and unclipped tension change places.
-    OtherClipping,
-    /// Spins are not damped.
-    SpinUndamped,
     /// Spins do not change.
     SpinsKept,
     /// The slip is that of the centres, whatever the spins.
@@ -205,6 +158,9 @@ pub enum Form {
     NoTorqueOfFlatBodies,
     /// A key of the job is not read.
     Unread(Key),
+    /// Another convention.
+    #[serde(skip)]
+    Rule(Choice),
 }
 
 /// What an engine has otherwise than the model.

@@ -300,6 +300,21 @@ impl Tried<'_> {
         if let Some(form) = unread.find(|form| self.is_explained(&with(**form))) {
             return self.cause(Fit::known(with(*form)), true, Vec::new());
         }
+        // So does another rule.
+        let rules: Vec<Form> = forms
+            .iter()
+            .copied()
+            .filter(|form| matches!(form, Form::Rule(_)))
+            .collect();
+        let explain = in_parallel(rules.len(), |at| self.is_explained(&with(rules[at])));
+        let mut explaining = rules
+            .into_iter()
+            .zip(explain)
+            .filter(|(_, explains)| *explains);
+        if let Some((first, _)) = explaining.next() {
+            let also = explaining.map(|(form, _)| form).collect();
+            return self.cause(Fit::known(with(first)), true, also);
+        }
         let free = self.free(fitted);
         let search = Search::new(&observed, self.resolution, self.until);
         let full = search.fit(known, &free);

@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use evidence::in_parallel;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise};
+use grains::rules::Rules;
 use grains::scene::{AfterForce, Scene};
 use grains::tables::{Bodies, BodyIds, Remembered, Snapshot};
 use grains::task::{Case, Observer, Seen, Start, Task, Until};
@@ -34,6 +35,9 @@ pub struct Excerpt {
 pub const STEPS_OF_EXCERPT: u64 = 300;
 pub const EXCERPT_EVERY: u64 = 25;
 
+/// Steps after which an engine ends whose rule has not: it is wrong then, and would write for as long as the scene allows.
+const MOST_STEPS: u64 = 4 * STEPS_OF_EXCERPT;
+
 impl Excerpt {
     /// From this start on.
     pub fn new(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
@@ -48,6 +52,16 @@ impl Excerpt {
             remembers_by_tables: false,
             double: OnceLock::new(),
         }
+    }
+
+    /// The same as an engine computes it that has these rules otherwise than the scene.
+    pub fn under(&self, rules: Rules) -> Self {
+        let mut excerpt = Excerpt {
+            double: OnceLock::new(),
+            ..self.clone()
+        };
+        excerpt.scene.rules = rules.over(excerpt.scene.rules);
+        excerpt
     }
 
     /// That the engine lacks this.
@@ -68,6 +82,7 @@ impl Excerpt {
         (task.start.step, task.start.seen) = (0, Seen::default());
         scene.settle.kinetic_energy_fraction = 1.0;
         scene.settle.check_every = 2 * EXCERPT_EVERY;
+        scene.settle.max_steps = MOST_STEPS;
         // The depth ends it, and no force that is reached at the first touch.
         scene.loading.pressure = UNREACHED;
         // Between two steps, where rounding makes no difference.
@@ -116,6 +131,7 @@ impl Excerpt {
         let loading = &mut self.scene.loading;
         loading.pressure = target / (2.0 * loading.half_width);
         loading.after_force = AfterForce::StandStill { seconds: 40.0 * dt };
+        loading.give_up_depth = MOST_STEPS as f64 * loading.speed * dt;
         self.task.until = Until::EndOfLoading;
         Ok(Some(self))
     }
@@ -132,6 +148,7 @@ impl Excerpt {
         excerpt.task.until = Until::Step(STEPS_OF_EXCERPT);
         let moments = excerpt.native(None)?;
         excerpt.scene.settle.check_every = EXCERPT_EVERY;
+        excerpt.scene.settle.max_steps = MOST_STEPS;
         excerpt.task.until = Until::EndOfSettling;
         Ok((excerpt, moments))
     }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use grains::rules::Choice;
 use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
 use grains::variant::{Form, Key, Variant};
@@ -98,29 +99,50 @@ pub(crate) fn sliding(case: &Case, run: &[Snapshot]) -> BTreeSet<u32> {
         .collect()
 }
 
-/// Every key with the form of an engine that does not read it, or takes the other choice.
-fn keys() -> impl Iterator<Item = (&'static str, Form)> {
-    let unread = Key::NAMES.map(|(key, name)| (name, Form::Unread(key)));
+/// Every key with the forms of which an engine that does not read it, or takes the other choice, has one.
+fn keys() -> impl Iterator<Item = (&'static str, Vec<Form>)> {
+    let unread = Key::NAMES.map(|(key, name)| (name, vec![Form::Unread(key)]));
+    let rule = |key: &str, either: [&str; 2]| {
+        let both = either.map(|alternative| Choice::of(key, alternative));
+        both.into_iter()
+            .flatten()
+            .map(Form::Rule)
+            .collect::<Vec<Form>>()
+    };
     let choices = [
-        ("law.contact.rotation", Form::SpinsKept),
-        ("law.contact.slip_velocity", Form::OtherSlip),
-        ("law.contact.torque_arms", Form::OtherTorqueArms),
-        ("law.contact.new_contact_slip", Form::OtherNewContact),
-        ("law.contact.viscosity.tension", Form::OtherClipping),
+        ("law.contact.rotation", vec![Form::SpinsKept]),
+        (
+            "law.contact.slip_velocity",
+            rule("slip", ["corrected", "contact_point"]),
+        ),
+        (
+            "law.contact.torque_arms",
+            rule("torque_arms", ["half_overlap", "contact_point"]),
+        ),
+        (
+            "law.contact.new_contact_slip",
+            rule("new_contact", ["whole_step", "since_touch"]),
+        ),
+        (
+            "law.contact.viscosity.tension",
+            rule("tension", ["cut", "not_cut"]),
+        ),
     ];
     unread.into_iter().chain(choices)
 }
 
 /// The keys with another value than the usual one that none of these states would show if an engine did not read them.
 pub fn unseen(states: &[&Envelope]) -> Vec<&'static str> {
-    let is_unseen = |(_, form): &(&'static str, Form)| {
-        let asked = states
-            .iter()
-            .filter(|envelope| forms::candidates(&envelope.case).contains(form));
+    let is_unseen = |(_, key): &(&'static str, Vec<Form>)| {
+        let asked = states.iter().flat_map(|envelope| {
+            let forms = forms::candidates(&envelope.case);
+            let of_key = forms.into_iter().filter(|form| key.contains(form));
+            of_key.map(move |form| (envelope, form))
+        });
         let mut asked = asked.peekable();
         asked.peek().is_some()
-            && !asked.any(|envelope| {
-                let changed = envelope.changed(&Variant::of(*form), STEPS_WRITTEN_OUT);
+            && !asked.any(|(envelope, form)| {
+                let changed = envelope.changed(&Variant::of(form), STEPS_WRITTEN_OUT);
                 changed.is_some_and(|far| !far.is_rounding())
             })
     };

@@ -7,9 +7,10 @@ use std::sync::{Arc, Mutex, OnceLock};
 use evidence::in_parallel;
 use grains::constant::Constant;
 use grains::native::NativeError;
+use grains::rules::{Choice, Rules};
 use grains::tables::Snapshot;
 use grains::task::Case;
-use grains::variant::Form;
+use grains::variant::{self, Form, Variant};
 use serde::Serialize;
 
 use crate::Engine;
@@ -143,6 +144,17 @@ pub struct Judgement {
     pub unseen: Vec<String>,
     /// For each law that shows something else than the ones before.
     pub causes: Vec<Cause>,
+    /// Rules that the engine says it has otherwise than the model, by which it is judged.
+    pub declared: Vec<Declared>,
+}
+
+/// A rule that an engine says it has otherwise than the model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Declared {
+    /// As key and value.
+    pub rule: String,
+    /// How far it moves a grain in these states at most, over the mean radius.
+    pub moves: f64,
 }
 
 impl Judgement {
@@ -239,6 +251,8 @@ pub struct Reference {
     states: Vec<State>,
     pub excerpts: Vec<Excerpt>,
     names_causes: bool,
+    /// Rules by which engines are judged instead of the model's.
+    rules: Rules,
     /// For engines in double precision, made when the first engine has answered the case.
     double: Vec<OnceLock<Native>>,
     /// What none of them shows, of the states that an engine was asked for.
@@ -317,9 +331,25 @@ impl Reference {
         Reference {
             excerpts,
             names_causes: true,
+            rules: Rules::default(),
             double: states.iter().map(|_| OnceLock::new()).collect(),
             states,
             unseen: Arc::default(),
+        }
+    }
+
+    /// By these rules, where they are not the usual ones, instead of the model's own.
+    pub fn under(&self, rules: Rules) -> Self {
+        Reference {
+            rules,
+            double: self.states.iter().map(|_| OnceLock::new()).collect(),
+            unseen: Arc::default(),
+            excerpts: self
+                .excerpts
+                .iter()
+                .map(|excerpt| excerpt.under(rules))
+                .collect(),
+            ..self.clone()
         }
     }
 
@@ -373,7 +403,12 @@ impl Reference {
             counts: Vec::new(),
             unseen: Vec::new(),
             causes: Vec::new(),
+            declared: Vec::new(),
         };
+        let judged_states: Vec<State> = states
+            .iter()
+            .map(|(_, state)| state.under(self.rules))
+            .collect();
         let mut resolution = Resolution::DOUBLE;
         for (case, probes) in probed.iter().zip(&probes) {
             let rest = of_cases.split_off(probes.len().min(of_cases.len()));
@@ -383,7 +418,7 @@ impl Reference {
         }
         let mut all = Vec::with_capacity(states.len());
         let mut looked_at = Vec::new();
-        for ((index, state), answer) in states.into_iter().zip(of_cases) {
+        for (((index, _), state), answer) in states.into_iter().zip(&judged_states).zip(of_cases) {
             let mut judged = OfStart::new(&state.law, &state.start, &state.key);
             match answer {
                 // Nothing need be known of it.
@@ -419,6 +454,7 @@ impl Reference {
             }
             judgement.starts.push(judged);
         }
+        judgement.declared = self.declared(&all);
         judgement.limits = limits(&all);
         judgement.resolution = resolution;
         judgement.counts = exercise::counts(all.iter().map(Answered::run));
@@ -447,6 +483,30 @@ impl Reference {
 }
 
 impl Reference {
+    /// Each declared rule with what it does in the states that are not drawn.
+    fn declared(&self, all: &[Answered]) -> Vec<Declared> {
+        let moves = |choice: Choice| {
+            let states = all.iter().filter(|answered| !answered.asked.drawn);
+            let moved = states.map(|answered| {
+                let (case, own) = answered.run();
+                let mut usual = case.clone();
+                choice.rule().unset(&mut usual.model.rules);
+                match usual == *case {
+                    true => 0.0,
+                    false => apart(&variant::run(&usual, &Variant::default()), own),
+                }
+            });
+            moved.fold(0.0, f64::max)
+        };
+        let declared = self.rules.unusual();
+        declared
+            .map(|choice| Declared {
+                rule: choice.name(),
+                moves: moves(choice),
+            })
+            .collect()
+    }
+
     /// Constants and keys of which these states say nothing.
     fn unseen(&self, looked_at: Vec<usize>, all: &[Answered]) -> Vec<String> {
         let known = self
@@ -479,6 +539,17 @@ impl Reference {
             .map(str::to_owned)
             .collect()
     }
+}
+
+/// How far apart a grain is at most at the last moment, over the mean radius.
+fn apart(one: &[Snapshot], two: &[Snapshot]) -> f64 {
+    let (Some(one), Some(two)) = (one.last(), two.last()) else {
+        return 0.0;
+    };
+    let (one, two) = (&one.bodies, &two.bodies);
+    let mean = one.radius.iter().sum::<f64>() / one.len().max(1) as f64;
+    let far = |id: usize| (one.x[id] - two.x[id]).hypot(one.z[id] - two.z[id]) / mean;
+    (0..one.len()).map(far).fold(0.0, f64::max)
 }
 
 /// For each constant the smallest fault that any of the states that were looked at shows.

@@ -5,6 +5,7 @@
 use grains::generate::{can_turn, initial_bodies};
 use grains::model::{Axis, Law, Model, Wall};
 use grains::native::{self, NativeError, first_contact_punch};
+use grains::rules::Rules;
 use grains::scene::{
     AfterForce, Cloud, ContactLaw, Damping, Material, NewContactSlip, Rotation, Scene,
     SlipVelocity, Tension, TimeStep, TorqueArms, Viscosity, paper_scene,
@@ -671,6 +672,15 @@ pub struct State {
     /// How many times as fast grains are as where an engine's precision is measured, or as far away.
     pub faster: f64,
     pub case: Case,
+}
+
+impl State {
+    /// The same as an engine computes it that has these rules otherwise than the model.
+    pub fn under(&self, rules: Rules) -> Self {
+        let mut state = self.clone();
+        state.case.model.rules = rules.over(state.case.model.rules);
+        state
+    }
 }
 
 #[cfg(test)]

@@ -13,8 +13,11 @@ use super::springs::{self, At, Sums};
 use super::state::{Constants, State};
 use super::sweep;
 use super::threads::{Team, Threads, each};
+use crate::constant::Given;
 use crate::model::Kernel;
+use crate::reference::Reference;
 use crate::tables::{Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage};
+use crate::variant::Variant;
 
 /// The parts of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +61,8 @@ pub struct Dynamics {
     rules: ContactRules,
     team: Team,
     kept: Kept,
+    /// Makes the steps under unusual rules.
+    reference: Option<Box<Reference>>,
 }
 
 /// Positions, velocities and forces before the first sweep with a list.
@@ -103,7 +108,7 @@ impl Dynamics {
         let threads = threads.of(bodies.len());
         let mut dynamics = Dynamics {
             state: State::new(bodies, punch, constants.kernel()),
-            rules: constants.rules(),
+            rules: constants.contact_rules(),
             constants,
             neighbours: Neighbours::new(skin, threads, bodies.len()),
             team: Team::new(threads),
@@ -111,6 +116,7 @@ impl Dynamics {
             swept: 0,
             half_step_to_come: false,
             kept: Kept::default(),
+            reference: None,
         };
         if memory.is_empty() {
             dynamics.list_neighbours()?;
@@ -129,13 +135,26 @@ impl Dynamics {
             dynamics.rules = rules;
         }
         dynamics.half_step_to_come = dynamics.constants.half_step_start;
+        if !dynamics.constants.rules.are_usual() {
+            let given = Given {
+                constants: dynamics.constants.clone(),
+                bodies: bodies.clone(),
+                punch,
+            };
+            let reference = Reference::going_on(given, memory, &Variant::default());
+            take_over(&reference, &mut dynamics.state);
+            dynamics.reference = Some(Box::new(reference));
+        }
         Ok(dynamics)
     }
 
     /// Goes on with other constants. Forces stay what they are until the next step, and so do shear forces of contacts.
     pub fn change(&mut self, constants: Constants) -> Result<(), Trouble> {
         let memory = self.contacts().1;
-        self.rules = constants.rules();
+        if let Some(reference) = &mut self.reference {
+            reference.change_constants(constants.clone());
+        }
+        self.rules = constants.contact_rules();
         self.constants = constants;
         self.state.suit(self.constants.kernel());
         self.list(Some(&memory))
@@ -148,6 +167,11 @@ impl Dynamics {
 
     /// The same with a clock that is told which part of the step is under way.
     pub fn step_timed(&mut self, clock: &mut Clock) -> Result<(), Trouble> {
+        if let Some(reference) = &mut self.reference {
+            self.punch_is_new = false;
+            clock.time(Part::Contacts, || written_out(reference, &mut self.state));
+            return Ok(());
+        }
         let fastest = self.advance(clock);
         let held = clock.time(Part::Integration, || {
             let punch_height = self.state.punch.map(|punch| punch.centre[1]);
@@ -211,7 +235,7 @@ impl Dynamics {
     /// At least one step and at most so many; says how many it were.
     fn some_steps(&mut self, most: u64) -> Result<u64, Trouble> {
         let general = self.constants.kernel() == Kernel::General;
-        let alone = general || self.state.punch.is_some();
+        let alone = general || self.state.punch.is_some() || self.reference.is_some();
         let ahead = match alone || self.half_step_to_come {
             true => 1,
             false => self.neighbours.steps_ahead(most),
@@ -305,6 +329,23 @@ impl Dynamics {
 
     /// This moment as a table.
     pub fn snapshot(&self, stage: Stage, step: u64) -> Snapshot {
+        let reference = self.reference.as_ref();
+        let reference =
+            reference.map(|reference| reference.moved(&self.state.bodies(), self.state.punch));
+        if let Some(reference) = reference {
+            let Snapshot {
+                bodies, contacts, ..
+            } = reference.snapshot();
+            return Snapshot {
+                stage,
+                step,
+                time: step as f64 * self.constants.dt,
+                bodies,
+                contacts,
+                memory: reference.memories,
+                punch: self.state.punch,
+            };
+        }
         let (contacts, mut memory) = self.contacts();
         if !self.constants.law.has_history() {
             memory.clear();
@@ -322,6 +363,9 @@ impl Dynamics {
 
     /// All contacts with what they remember, sorted by ids. Without friction that is the normal alone.
     fn contacts(&self) -> (Vec<Contact>, Vec<Remembered>) {
+        if let Some(reference) = &self.reference {
+            return (reference.contacts.clone(), reference.memories.clone());
+        }
         let (state, constants) = (&self.state, &self.constants);
         let mut listed = Vec::new();
         general::listed(state, &self.neighbours, constants, &mut listed);
@@ -340,6 +384,31 @@ impl Dynamics {
         });
         (contacts, listed)
     }
+}
+
+/// A step that is written out, from this state and into it.
+fn written_out(reference: &mut Reference, state: &mut State) {
+    reference.put(&state.bodies(), state.punch);
+    reference.step();
+    take_over(reference, state);
+}
+
+/// The state is what the reference has.
+fn take_over(reference: &Reference, state: &mut State) {
+    let (force, torque) = reference.loads();
+    let bodies = &reference.bodies;
+    for (number, at) in state.place.iter().map(|at| *at as usize).enumerate() {
+        state.position[at] = [bodies.x[number], bodies.z[number]];
+        state.velocity[at] = [bodies.vx[number], bodies.vz[number]];
+        state.force[at] = force[number];
+        if let (Some(to), Some(spin)) = (state.spin.get_mut(at), bodies.spin.get(number)) {
+            *to = *spin;
+        }
+        if let Some(to) = state.torque.get_mut(at) {
+            *to = torque[number];
+        }
+    }
+    state.punch = reference.punch;
 }
 
 /// The summed forces of springs between grains and at walls on the grains of a block of a share.

@@ -447,7 +447,7 @@ mod tests {
         bodies.spin = (0..bodies.len()).map(|id| (id as f64).sin()).collect();
         let (mut touching, mut sheared) = (0, 0);
         for constants in laws() {
-            let rules = constants.rules();
+            let rules = constants.contact_rules();
             let dynamics = Dynamics::new(&bodies, None, &[], constants, SKIN, Threads::default());
             let mut dynamics = dynamics.expect("a sound start");
             for step in 1..=4000 {

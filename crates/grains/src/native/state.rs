@@ -2,6 +2,7 @@
 
 use super::contact::{self, ContactRules, Motion, Parameters, Touch};
 use crate::model::{Kernel, Law, Model, Wall, damping_ratio};
+use crate::rules::Rules;
 use crate::scene::Viscosity;
 use crate::tables::{Bodies, Body, BodyIds, Contact, Punch, tangential};
 
@@ -206,6 +207,8 @@ pub fn contact_row(id1: u32, id2: u32, touch: &Touch, force: [f64; 2]) -> Contac
 pub struct Constants {
     /// Moduli, angles and options of the contact law.
     pub law: Law,
+    /// Conventions; with any but the usual ones the step is the written-out one.
+    pub rules: Rules,
     /// What every k_n is multiplied by between grains, at walls and at the punch; 1 unless it is perturbed.
     pub normal_factors: [f64; 3],
     /// Relative change of every k_s; 1 unless it is perturbed.
@@ -234,6 +237,7 @@ impl Constants {
     pub fn new(model: &Model, grains: u32) -> Self {
         Constants {
             law: model.law.clone(),
+            rules: model.rules,
             normal_factors: [1.0; 3],
             tangential_factor: 1.0,
             damping_ratio: ratio(&model.law),
@@ -263,7 +267,7 @@ impl Constants {
     }
 
     /// The contact law's rules.
-    pub fn rules(&self) -> ContactRules {
+    pub fn contact_rules(&self) -> ContactRules {
         ContactRules::new(&self.law, self.dt)
     }
 

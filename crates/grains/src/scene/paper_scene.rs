@@ -93,6 +93,7 @@ pub fn paper_scene(realization: u64, particles: u32) -> Scene {
             stiffness_ratio: 1.0,
         },
         contact: ContactLaw::default(),
+        rules: Rules::default(),
         damping: Damping::Cundall { alpha: 0.2 },
         gravity: 9.81,
         container: Container { width: 1.0 },
