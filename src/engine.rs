@@ -29,6 +29,7 @@ use grains::tables::{Bodies, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
 use verdict::Answer;
+use verdict::invariance::Own;
 
 pub use record::EngineRecord;
 
@@ -319,6 +320,9 @@ pub struct Description {
     /// Terms of the model that it has in another form; what is found wrong is explained by them first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub forms: Vec<Form>,
+    /// Its contact law is another one than the model's, and has this: it is held against itself alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_law: Option<Vec<Own>>,
 }
 
 impl Description {

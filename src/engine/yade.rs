@@ -91,6 +91,7 @@ impl Engine for Options {
             parts: Part::value_variants().to_vec(),
             approximations: Vec::new(),
             forms: Vec::new(),
+            own_law: None,
         })
     }
 

@@ -18,6 +18,7 @@ use grains::native;
 use grains::scene::{Cloud, Damping, Scene, paper_scene};
 use grains::tables::{Bodies, Contact, Snapshot, Stage};
 use grains::task::{Case, StageReport, Task};
+use verdict::invariance::{Held, Itself, RELATIONS};
 use verdict::judge::{Judgement, Verdict};
 
 /// The ids of the checks of first steps begin with this.
@@ -41,6 +42,10 @@ impl Conformance {
             .any(|check| check.outcome == Outcome::Fail)
         {
             return Verdict::Different;
+        }
+        let mut checks = self.checks.iter();
+        if self.engine.own_law.is_some() && checks.any(|check| check.outcome == Outcome::Pass) {
+            return Verdict::ConsistentWithItself;
         }
         match &self.first_steps {
             Some(first_steps) if self.refused().is_none() => first_steps.verdict(),
@@ -99,8 +104,31 @@ impl Conformance {
         }
     }
 
+    /// What relations hold of an engine with a law of its own.
+    fn of_itself(&self) -> String {
+        let of = |outcome| {
+            self.checks
+                .iter()
+                .filter(move |check| check.outcome == outcome)
+        };
+        let [held, open] = [Outcome::Pass, Outcome::Skipped].map(|outcome| of(outcome).count());
+        let open = match open {
+            0 => String::new(),
+            open => format!(" and {open} were not decided"),
+        };
+        let broken = of(Outcome::Fail).map(|check| {
+            let name = check.quantity.replace("against itself: ", "");
+            format!("{name}: {}.", check.found)
+        });
+        let broken: String = broken.map(|broken| broken + " ").collect();
+        format!("{broken}{held} relations hold{open}; it was not held against any reference.")
+    }
+
     /// A cause that the first steps name is what the failures of the small jobs come from: it is said alone.
     fn answer(&self) -> String {
+        if self.engine.own_law.is_some() {
+            return first_steps::with_verdict(self.verdict(), &self.of_itself());
+        }
         let small =
             |check: &&Check| check.outcome == Outcome::Fail && !check.id.starts_with(FIRST_STEPS);
         let causes = self
@@ -138,6 +166,15 @@ pub fn conformance(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let described = engine.describe()?;
+    if described.own_law.is_some() {
+        let mut found = Conformance {
+            engine: described,
+            checks: Vec::new(),
+            first_steps: None,
+        };
+        against_itself(engine, beds, &mut found, progress)?;
+        return Ok(found);
+    }
     let first_steps = if described.has(Part::Cases) {
         first_steps::first_steps(engine, beds, progress).map_err(Trouble::from)
     } else {
@@ -183,7 +220,49 @@ pub fn conformance(
             }
         }
     }
+    against_itself(engine, beds, &mut found, progress)?;
     Ok(found)
+}
+
+/// Adds what must be true of any law.
+fn against_itself(
+    engine: &dyn Engine,
+    beds: &Beds,
+    found: &mut Conformance,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(), EngineError> {
+    if !found.engine.has(Part::Cases) {
+        return Ok(());
+    }
+    let own = found.engine.own_law.clone().unwrap_or_default();
+    let lacks = |case: &Case| engine.lacks_for(case);
+    let mut run = |cases: &[&Case]| {
+        let work = work_folder().map_err(ProgramError::File)?;
+        engine.run_cases(cases, work.path())
+    };
+    progress("against itself");
+    let itself = match Itself::new(beds.for_itself()?, &own, &lacks, &mut run) {
+        Ok(itself) => itself,
+        Err(error) => {
+            let what = "against itself: small beds as they are";
+            return found.add("itself/beds", what, Err(Trouble::Engine(error)));
+        }
+    };
+    for relation in &RELATIONS {
+        progress(relation.name);
+        let said = match relation.held(&itself, &mut run) {
+            Ok(Held::Holds(said)) => Ok(said),
+            Ok(Held::Open(why)) => Err(Trouble::Skipped(why)),
+            Ok(Held::Breaks(said)) => Err(Trouble::Wrong(format!(
+                "{said}. What usually breaks it: {}",
+                relation.breaks
+            ))),
+            Err(error) => Err(Trouble::Engine(error)),
+        };
+        let id = format!("itself/{}", relation.key);
+        found.add(&id, &format!("against itself: {}", relation.name), said)?;
+    }
+    Ok(())
 }
 
 /// What a job came to if it is not right.

@@ -29,6 +29,8 @@ pub enum Verdict {
     EqualToRounding,
     /// Its packings have the same distribution, within margins set before.
     EqualInDistribution,
+    /// What must be true of any law is true of its own; it was held against no other engine.
+    ConsistentWithItself,
     /// It is another engine.
     Different,
     /// Evidence is missing.
@@ -41,6 +43,7 @@ impl Verdict {
             Verdict::Identical => "identical",
             Verdict::EqualToRounding => "equal to rounding",
             Verdict::EqualInDistribution => "equal in distribution",
+            Verdict::ConsistentWithItself => "consistent with itself",
             Verdict::Different => "different",
             Verdict::Undecided => "undecided",
         }
