@@ -306,10 +306,10 @@ impl Envelope {
         self
     }
 
-    /// How far the replicas part at most, over the radius.
+    /// How far nine of ten grains part at most, over the radius.
     pub(crate) fn widest(&self) -> f64 {
         let reach = self.reach.iter();
-        reach.fold(0.0, |most, moment| most.max(moment[0][SHARES.len() - 1]))
+        reach.fold(0.0, |most, moment| most.max(moment[0][1]))
     }
 
     /// Where a run of this case is farthest off; of the start itself the contacts alone are looked at. None for a run with other

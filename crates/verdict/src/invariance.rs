@@ -213,9 +213,11 @@ const CONVERGES: f64 = 0.6;
 const DOES_NOT: f64 = 0.3;
 /// The engine's own runs from starts that differ in their last digits, and by how many times its resolution.
 const REPLICAS: u64 = 5;
-const DIGITS: [f64; 2] = [32.0, 8.0];
+const DIGITS: [f64; 2] = [32.0, 12.0];
 /// Where these part by more than this share of a radius nothing is told of a difference.
 const CHAOS: f64 = 0.05;
+/// In single precision contacts open and slide a step earlier or later now and then: so many times as much is rounding there.
+const COARSER: f64 = 10.0;
 /// How many roundings a sum may have at their worst.
 const ROUNDINGS: f64 = 16.0;
 /// Under these laws a bed under the punch is looked at beside one that pours.
@@ -420,6 +422,10 @@ impl Known {
     fn rounding(&self, runs: &[Run], larger: f64) -> Found {
         let mut noise = self.resolution.noise();
         noise.position *= larger;
+        let allowed = match self.resolution.is_double() {
+            true => FACTOR,
+            false => COARSER * FACTOR,
+        };
         let mut most = 0.0f64;
         for run in runs {
             let own = Known::common(&self.run, run);
@@ -436,7 +442,7 @@ impl Known {
             let Some(far) = envelope.farthest(&theirs) else {
                 return Found::Breaks(f64::INFINITY, "other moments are told".to_owned());
             };
-            if far.ratio > FACTOR {
+            if far.ratio > allowed {
                 let (quantity, unit) = far.quantity.name();
                 let after = far.left_after.unwrap_or(far.step);
                 let said = format!(
