@@ -10,6 +10,7 @@ mod architecture;
 mod scene;
 
 mod corpus;
+mod itself;
 mod generate;
 
 mod emulated;

@@ -39,6 +39,8 @@ pub struct Beds {
     made: [OnceLock<Reference>; 2],
     /// Of a bed from which an engine is held against itself.
     itself: OnceLock<Vec<State>>,
+    /// Whether it is in every state, and not in one.
+    pub thorough: bool,
 }
 
 impl Beds {
@@ -49,6 +51,7 @@ impl Beds {
             dispersion,
             made: Default::default(),
             itself: OnceLock::new(),
+            thorough: false,
         }
     }
 
@@ -73,6 +76,7 @@ impl From<Reference> for Beds {
             dispersion: 0.0,
             made: [OnceLock::from(reference), OnceLock::new()],
             itself: OnceLock::new(),
+            thorough: false,
         }
     }
 }

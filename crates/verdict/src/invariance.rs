@@ -213,6 +213,7 @@ const CONVERGES: f64 = 0.6;
 const DOES_NOT: f64 = 0.3;
 /// The engine's own runs from starts that differ in their last digits, and by how many times its resolution.
 const REPLICAS: u64 = 5;
+const FEW_REPLICAS: u64 = 3;
 const DIGITS: [f64; 2] = [32.0, 12.0];
 /// Where these part by more than this share of a radius nothing is told of a difference.
 const CHAOS: f64 = 0.05;
@@ -254,10 +255,20 @@ pub struct Itself<'a> {
     lacks: &'a dyn Fn(&Case) -> Option<String>,
 }
 
+/// How much an engine is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Depth {
+    /// All of a bed's states.
+    All,
+    /// The one whose law has most terms, of an engine whose resolution is known.
+    Richest(Resolution),
+}
+
 impl<'a> Itself<'a> {
     /// Runs those of a bed's states that the engine has the parts for; what it refuses is left out.
     pub fn new<E: From<NativeError>>(
         states: Vec<State>,
+        depth: Depth,
         own: &'a [Own],
         lacks: &'a dyn Fn(&Case) -> Option<String>,
         engine: &mut Engine<'_, E>,
@@ -268,13 +279,27 @@ impl<'a> Itself<'a> {
                 && PRESSED_LAWS.contains(&state.law.as_str());
             !state.drawn && (pours || is_pressed) && lacks(&state.case).is_none()
         };
-        let states: Vec<State> = states.into_iter().filter(is_asked).collect();
+        let mut states: Vec<State> = states.into_iter().filter(is_asked).collect();
+        let (mut resolution, mut replicas) = (Resolution::DOUBLE, REPLICAS);
+        if let Depth::Richest(known) = depth {
+            (resolution, replicas) = (known, FEW_REPLICAS);
+            let terms = |state: &State| {
+                let law = &state.case.model.law;
+                let terms = [law.has_friction(), law.rotates(), law.has_dashpots()];
+                (
+                    terms.into_iter().filter(|has| *has).count(),
+                    state.case.punch.is_none(),
+                )
+            };
+            let most = states.iter().map(terms).max();
+            states.retain(|state| Some(terms(state)) == most);
+            states.truncate(1);
+        }
         let probed: Vec<&Case> = states
             .iter()
-            .filter(|state| state.probed)
+            .filter(|state| state.probed && depth == Depth::All)
             .map(|state| &state.case)
             .collect();
-        let mut resolution = Resolution::DOUBLE;
         for case in probed {
             let cases = Resolution::cases(case);
             let answers = engine(&cases.iter().collect::<Vec<_>>())?;
@@ -283,7 +308,7 @@ impl<'a> Itself<'a> {
         }
         let one = |state: &State| {
             let changed =
-                (1..=REPLICAS).map(|replica| last_digits(&state.case, resolution, replica));
+                (1..=replicas).map(|replica| last_digits(&state.case, resolution, replica));
             [state.case.clone()].into_iter().chain(changed).collect()
         };
         let asked: Vec<Vec<Case>> = states.iter().map(one).collect();
@@ -810,7 +835,7 @@ mod tests {
             Ok(cases.iter().map(|case| Ok(of(case))).collect())
         };
         let states = Bed::new(GRAINS, DISPERSION).expect("a bed").states();
-        let itself = Itself::new(states, &[], &|_| None, &mut engine).expect("runs");
+        let itself = Itself::new(states, Depth::All, &[], &|_| None, &mut engine).expect("runs");
         let mut broken = Vec::new();
         for relation in &RELATIONS {
             let held = relation.held(&itself, &mut engine).expect("runs");
