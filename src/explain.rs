@@ -276,6 +276,7 @@ mod tests {
             ("bench", "bench/*"),
             ("search/emulator/height", "search/*"),
             ("engine/damping", "engine/*"),
+            ("engine/itself/units", "engine/itself/*"),
             ("campaign/rows", "*/rows"),
             ("parameters/everything/dt", "parameters/*"),
         ] {

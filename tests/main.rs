@@ -10,8 +10,8 @@ mod architecture;
 mod scene;
 
 mod corpus;
-mod itself;
 mod generate;
+mod itself;
 
 mod emulated;
 mod native;

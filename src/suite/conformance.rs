@@ -5,7 +5,7 @@ pub mod table;
 
 use serde::Serialize;
 
-use crate::checks::{Check, Outcome};
+use crate::checks::{Check, ITSELF, Outcome};
 use crate::compare::first_steps::{self, Beds};
 use crate::document::{Document, Section};
 use crate::engine::{Description, Engine, Part, ProgramError};
@@ -125,9 +125,18 @@ impl Conformance {
             0 => String::new(),
             open => format!(" and {open} were not decided"),
         };
-        let broken = of(Outcome::Fail).map(|check| format!("{}. ", check.found));
+        let broken =
+            of(Outcome::Fail).map(|check| format!("{}: {}. ", check.quantity, check.found));
         let broken: String = broken.collect();
         format!("{broken}{held} relations hold{open}; it was not held against any reference.")
+    }
+
+    /// The relations that do not hold.
+    fn broken(&self) -> Vec<&str> {
+        let failed =
+            |check: &&Check| check.outcome == Outcome::Fail && check.id.starts_with(ITSELF);
+        let checks = self.checks.iter().filter(failed);
+        checks.map(|check| check.quantity.as_str()).collect()
     }
 
     /// A cause that the first steps name is what the failures of the small jobs come from: it is said alone.
@@ -145,12 +154,21 @@ impl Conformance {
         let small = self.checks.iter().find(small).filter(|_| !explained);
         let first = self.first_steps.as_ref().map(first_steps::answer);
         let said = match (small, self.refused(), first) {
-            (Some(Check { found, .. }), _, first) => {
+            (Some(check), _, first) => {
                 let first = first.filter(|_| causes.is_empty());
                 let first = first.map_or(String::new(), |answer| {
                     format!(" Its first steps: {answer}")
                 });
-                format!("{found}. Mend this first: the rest may come from it.{first}")
+                let found = match check.id.starts_with(ITSELF) {
+                    true => format!("{}: {}", check.quantity, check.found),
+                    false => check.found.clone(),
+                };
+                let broken = self.broken();
+                let broken = match broken.is_empty() {
+                    true => String::new(),
+                    false => format!(" It contradicts itself: {}.", broken.join("; ")),
+                };
+                format!("{found}. Mend this first: the rest may come from it.{broken}{first}")
             }
             (_, Some(check), Some(first)) => format!("{}. Its first steps: {first}", check.found),
             (_, None, Some(first)) => first,
@@ -238,9 +256,11 @@ fn against_itself(
     progress: &mut dyn FnMut(&str),
 ) -> Result<(), EngineError> {
     if !found.engine.has(Part::Cases) {
-        return Ok(());
+        let why = "the engine says that it has no lists of small experiments (cases)";
+        let skipped = Err(Trouble::Skipped(why.to_owned()));
+        return found.add("itself/cases", "held against itself", skipped);
     }
-    let own = found.engine.own_law.clone().unwrap_or_default();
+    let own = found.engine.own_law.clone();
     let lacks = |case: &Case| engine.lacks_for(case);
     let mut run = |cases: &[&Case]| {
         let work = work_folder().map_err(ProgramError::File)?;
@@ -253,10 +273,10 @@ fn against_itself(
         true => Depth::All,
         false => Depth::Richest(resolution),
     };
-    let itself = match Itself::new(beds.for_itself()?, depth, &own, &lacks, &mut run) {
+    let itself = match Itself::new(beds.for_itself()?, depth, own.as_deref(), &lacks, &mut run) {
         Ok(itself) => itself,
         Err(error) => {
-            let what = "against itself: small beds as they are";
+            let what = "small beds as they are";
             return found.add("itself/beds", what, Err(Trouble::Engine(error)));
         }
     };
@@ -266,13 +286,13 @@ fn against_itself(
             Ok(Held::Holds(said)) => Ok(said),
             Ok(Held::Open(why)) => Err(Trouble::Skipped(why)),
             Ok(Held::Breaks(said)) => Err(Trouble::Wrong(format!(
-                "{}: {said}. What usually breaks this: {}",
-                relation.name, relation.breaks
+                "{said}. What usually breaks this: {}",
+                relation.breaks
             ))),
             Err(error) => Err(Trouble::Engine(error)),
         };
         let id = format!("itself/{}", relation.key);
-        found.add(&id, &format!("against itself: {}", relation.name), said)?;
+        found.add(&id, relation.name, said)?;
     }
     Ok(())
 }

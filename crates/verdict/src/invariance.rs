@@ -65,12 +65,12 @@ type Run = Vec<Snapshot>;
 pub const RELATIONS: [Relation; 12] = [
     Relation {
         key: "again",
-        name: "run twice",
+        name: "run twice, the second time in another order of cases",
         there: |known| vec![known.state.case.clone()],
         back: as_told,
         holds: Holds::EveryBit,
         unless: None,
-        breaks: "memory that is never set, threads that add in the order in which they come, or random numbers without a fixed seed",
+        breaks: "memory that is never set or is kept from the case before, threads that add in the order in which they come, or random numbers without a fixed seed",
     },
     Relation {
         key: "output",
@@ -151,7 +151,7 @@ pub const RELATIONS: [Relation; 12] = [
         name: "twice, far apart, in one job",
         there: doubled,
         back: one_by_one,
-        holds: Holds::Rounding(2.0 * FAR),
+        holds: Holds::Rounding(1.0 + FAR[0]),
         unless: None,
         breaks: "a cell list that ends before the second copy does, buffers that are used again, or a sum over all grains that acts on each",
     },
@@ -201,8 +201,8 @@ const EVERY_STEP: u64 = 30;
 const STOPPED: u64 = 30;
 /// Steps whose momentum is accounted for.
 const ACCOUNTED: u64 = 12;
-/// How many times as far as the bed reaches its copy is.
-const FAR: f64 = 4.0;
+/// How many times as far as the bed reaches its copy is, in double and in single precision.
+const FAR: [f64; 2] = [16.0, 4.0];
 /// The shares of a time step that are compared.
 const HALVED: [u64; 4] = [1, 2, 4, 8];
 /// Steps of the undivided length after which they are, and a static overlap over the radius.
@@ -211,10 +211,10 @@ const PRESSED: f64 = 1.0e-3;
 /// An order of this much counts as convergence, and two in turn below that as none: a grain that begins to slide may spoil one.
 const CONVERGES: f64 = 0.6;
 const DOES_NOT: f64 = 0.3;
-/// The engine's own runs from starts that differ in their last digits, and by how many times its resolution.
+/// The engine's own runs from starts that differ in their last digits, and by how many times its resolution in double and in single precision.
 const REPLICAS: u64 = 5;
 const FEW_REPLICAS: u64 = 3;
-const DIGITS: [f64; 2] = [32.0, 12.0];
+const DIGITS: [f64; 2] = [64.0, 12.0];
 /// Where these part by more than this share of a radius nothing is told of a difference.
 const CHAOS: f64 = 0.05;
 /// In single precision contacts open and slide a step earlier or later now and then: so many times as much is rounding there.
@@ -245,6 +245,8 @@ pub struct Known {
     run: Run,
     replicas: Vec<Run>,
     resolution: Resolution,
+    /// Contacts have what no table tells.
+    remembers: bool,
 }
 
 /// What an engine makes of the states as they are.
@@ -269,7 +271,7 @@ impl<'a> Itself<'a> {
     pub fn new<E: From<NativeError>>(
         states: Vec<State>,
         depth: Depth,
-        own: &'a [Own],
+        own: Option<&'a [Own]>,
         lacks: &'a dyn Fn(&Case) -> Option<String>,
         engine: &mut Engine<'_, E>,
     ) -> Result<Self, E> {
@@ -312,38 +314,44 @@ impl<'a> Itself<'a> {
             [state.case.clone()].into_iter().chain(changed).collect()
         };
         let asked: Vec<Vec<Case>> = states.iter().map(one).collect();
-        let answers = in_one_start(engine, &asked)?;
+        let answers = in_one_start(engine, &asked, false)?;
         let known = states.into_iter().zip(answers).filter_map(|(state, runs)| {
             let mut runs = runs.ok()?.into_iter();
             Some(Known {
                 run: runs.next()?,
                 replicas: runs.collect(),
+                remembers: own.is_none() && state.case.model.law.has_history(),
                 state,
                 resolution,
             })
         });
         Ok(Itself {
             known: known.collect(),
-            own,
+            own: own.unwrap_or_default(),
             lacks,
         })
     }
 }
 
-/// For each list of cases the runs, or why one of them was refused. The last ones are run first.
+/// For each list of cases the runs, or why one of them was refused; all backwards where that is asked for.
 fn in_one_start<E>(
     engine: &mut Engine<'_, E>,
     asked: &[Vec<Case>],
+    backwards: bool,
 ) -> Result<Vec<Result<Vec<Run>, String>>, E> {
-    let all: Vec<&Case> = asked.iter().flatten().rev().collect();
+    let mut all: Vec<&Case> = asked.iter().flatten().collect();
+    if backwards {
+        all.reverse();
+    }
     let mut answers: Vec<Answer> = match all.is_empty() {
         true => Vec::new(),
         false => engine(&all)?,
     };
-    let mut next = |cases: &Vec<Case>| {
-        let rest = answers.len().saturating_sub(cases.len());
-        answers.split_off(rest).into_iter().rev().collect()
-    };
+    if backwards {
+        answers.reverse();
+    }
+    let mut answers = answers.into_iter();
+    let mut next = |cases: &Vec<Case>| answers.by_ref().take(cases.len()).collect();
     Ok(asked.iter().map(&mut next).collect())
 }
 
@@ -368,7 +376,7 @@ impl Relation {
         let cases: Vec<Vec<Case>> = asked.iter().map(|(_, cases)| cases.clone()).collect();
         let (mut held, mut open, mut seen) = (0, Vec::new(), String::new());
         let mut broken: Option<(f64, String)> = None;
-        for ((known, cases), answer) in asked.into_iter().zip(in_one_start(engine, &cases)?) {
+        for ((known, cases), answer) in asked.into_iter().zip(in_one_start(engine, &cases, true)?) {
             let found = match answer {
                 Err(why) => Found::Open(format!("the engine refused: {why}")),
                 Ok(runs) => self.found(known, &cases, (self.back)(known, runs)),
@@ -543,7 +551,7 @@ fn units(known: &Known) -> Frame {
 fn resumed(known: &Known) -> Vec<Case> {
     let case = &known.state.case;
     let middle = known.run.iter().find(|moment| moment.step == STOPPED);
-    let Some(middle) = middle.filter(|_| !case.model.law.has_history()) else {
+    let Some(middle) = middle.filter(|_| !known.remembers) else {
         return Vec::new();
     };
     let later = case.moments.iter().filter(|step| **step >= STOPPED);
@@ -556,8 +564,8 @@ fn resumed(known: &Known) -> Vec<Case> {
 }
 
 /// How far the copy is, m: no power of two.
-fn far(case: &Case) -> f64 {
-    FAR * reach(&case.bodies)
+fn far(known: &Known) -> f64 {
+    FAR[usize::from(!known.resolution.is_double())] * reach(&known.state.case.bodies)
 }
 
 /// With a copy of its grains far away, between copies of its upright walls.
@@ -566,7 +574,7 @@ fn doubled(known: &Known) -> Vec<Case> {
     if both.punch.is_some() {
         return Vec::new();
     }
-    let copy = Frame::shifted(far(&both)).case(&both);
+    let copy = Frame::shifted(far(known)).case(&both);
     let all = |bodies: &mut Bodies, more: &Bodies| {
         bodies.x.extend(&more.x);
         bodies.z.extend(&more.z);
@@ -590,7 +598,7 @@ fn one_by_one(known: &Known, runs: Vec<Run>) -> Vec<Run> {
     let (grains, walls) = (case.bodies.len(), case.model.walls.len());
     let is_upright = |wall: &usize| case.model.walls[*wall].axis == Axis::X;
     let upright: Vec<usize> = (0..walls).filter(is_upright).collect();
-    let frames = [Frame::HERE, Frame::shifted(far(case))];
+    let frames = [Frame::HERE, Frame::shifted(far(known))];
     let mut alone = Vec::new();
     for (which, frame) in frames.iter().enumerate() {
         let first = which * grains;
@@ -835,7 +843,7 @@ mod tests {
             Ok(cases.iter().map(|case| Ok(of(case))).collect())
         };
         let states = Bed::new(GRAINS, DISPERSION).expect("a bed").states();
-        let itself = Itself::new(states, Depth::All, &[], &|_| None, &mut engine).expect("runs");
+        let itself = Itself::new(states, Depth::All, None, &|_| None, &mut engine).expect("runs");
         let mut broken = Vec::new();
         for relation in &RELATIONS {
             let held = relation.held(&itself, &mut engine).expect("runs");
