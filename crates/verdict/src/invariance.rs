@@ -194,7 +194,7 @@ pub const RELATIONS: [Relation; 12] = [
 ];
 
 /// Grains of the bed: each of some states is run two dozen times.
-pub const GRAINS: u32 = 80;
+pub const GRAINS: u32 = 60;
 /// Steps each of which is told of.
 const EVERY_STEP: u64 = 30;
 /// A run is stopped after so many steps.
