@@ -280,7 +280,7 @@ fn against_itself(
             return found.add("itself/beds", what, Err(Trouble::Engine(error)));
         }
     };
-    for relation in &RELATIONS {
+    for relation in RELATIONS.iter().filter(|relation| relation.is_asked(depth)) {
         progress(relation.name);
         let said = match relation.held(&itself, &mut run) {
             Ok(Held::Holds(said)) => Ok(said),

@@ -213,7 +213,7 @@ const CONVERGES: f64 = 0.6;
 const DOES_NOT: f64 = 0.3;
 /// The engine's own runs from starts that differ in their last digits, and by how many times its resolution in double and in single precision.
 const REPLICAS: u64 = 5;
-const FEW_REPLICAS: u64 = 3;
+const FEW_REPLICAS: u64 = 2;
 const DIGITS: [f64; 2] = [64.0, 12.0];
 /// Where these part by more than this share of a radius nothing is told of a difference.
 const CHAOS: f64 = 0.05;
@@ -356,7 +356,12 @@ fn in_one_start<E>(
 }
 
 impl Relation {
-    /// Whether it holds in every state; the worst one is told of.
+    /// Whether it is asked for so; shorter steps cost most, and are left out where an engine is held against a reference too.
+    pub fn is_asked(&self, depth: Depth) -> bool {
+        depth == Depth::All || !matches!(self.holds, Holds::Converges)
+    }
+
+    /// Whether it holds in every state; the first one in which it does not is told of.
     pub fn held<E>(&self, itself: &Itself<'_>, engine: &mut Engine<'_, E>) -> Result<Held, E> {
         if let Some(own) = self.unless.filter(|own| itself.own.contains(own)) {
             let why = match own {
@@ -374,43 +379,34 @@ impl Relation {
             }
         }
         let cases: Vec<Vec<Case>> = asked.iter().map(|(_, cases)| cases.clone()).collect();
-        let (mut held, mut open, mut seen) = (0, Vec::new(), String::new());
-        let mut broken: Option<(f64, String)> = None;
+        let (mut holds, mut open) = (Vec::new(), None);
         for ((known, cases), answer) in asked.into_iter().zip(in_one_start(engine, &cases, true)?) {
+            let state = &known.state.case.name;
             let found = match answer {
-                Err(why) => Found::Open(format!("the engine refused: {why}")),
+                Err(why) => Held::Open(format!("the engine refused: {why}")),
                 Ok(runs) => self.found(known, &cases, (self.back)(known, runs)),
             };
-            let state = &known.state.case.name;
             match found {
-                Found::Holds(said) => {
-                    held += 1;
-                    seen = said;
-                }
-                Found::Open(why) => open.push(format!("{state}: {why}")),
-                Found::Breaks(far, said) if broken.as_ref().is_none_or(|worst| far > worst.0) => {
-                    broken = Some((far, format!("{state}: {said}")));
-                }
-                Found::Breaks(..) => {}
+                Held::Holds(said) => holds.push(said),
+                Held::Open(why) => open = open.or(Some(format!("{state}: {why}"))),
+                Held::Breaks(said) => return Ok(Held::Breaks(format!("{state}: {said}"))),
             }
         }
-        Ok(match (broken, open.into_iter().next()) {
-            (Some((_, said)), _) => Held::Breaks(said),
-            (None, why) if held == 0 => {
-                Held::Open(why.unwrap_or_else(|| "the engine has no state for it".to_owned()))
-            }
-            _ => Held::Holds(format!("in {held} states {seen}")),
+        let none = || "the engine has no state for it".to_owned();
+        Ok(match holds.last() {
+            Some(said) => Held::Holds(format!("in {} states {said}", holds.len())),
+            None => Held::Open(open.unwrap_or_else(none)),
         })
     }
 
-    fn found(&self, known: &Known, cases: &[Case], runs: Vec<Run>) -> Found {
+    fn found(&self, known: &Known, cases: &[Case], runs: Vec<Run>) -> Held {
         let bits = || runs.iter().find_map(|run| known.other_bits(run));
         match self.holds {
             Holds::EveryBit => match bits() {
-                None => Found::Holds("every bit is the same".to_owned()),
-                Some(said) => Found::Breaks(1.0, said),
+                None => Held::Holds("every bit is the same".to_owned()),
+                Some(said) => Held::Breaks(said),
             },
-            Holds::Exactly if bits().is_none() => Found::Holds("every bit is the same".to_owned()),
+            Holds::Exactly if bits().is_none() => Held::Holds("every bit is the same".to_owned()),
             Holds::Exactly => known.rounding(&runs, 1.0),
             Holds::Rounding(larger) => known.rounding(&runs, larger),
             Holds::Converges => converges(&runs, known.resolution),
@@ -418,13 +414,6 @@ impl Relation {
             Holds::Conserved => conserved(&runs[0], cases[0].model.dt, known.resolution),
         }
     }
-}
-
-/// What one state says, with how bad it is.
-enum Found {
-    Holds(String),
-    Breaks(f64, String),
-    Open(String),
 }
 
 impl Known {
@@ -452,7 +441,7 @@ impl Known {
     }
 
     /// Whether runs are as far from this one as those from starts with other last digits.
-    fn rounding(&self, runs: &[Run], larger: f64) -> Found {
+    fn rounding(&self, runs: &[Run], larger: f64) -> Held {
         let mut noise = self.resolution.noise();
         noise.position *= larger;
         let allowed = match self.resolution.is_double() {
@@ -470,10 +459,10 @@ impl Known {
                 .collect();
             let envelope = Envelope::of(self.state.case.clone(), own, &replicas, noise);
             if envelope.widest() > CHAOS {
-                return Found::Open("runs from starts with other last digits part too fast".into());
+                return Held::Open("runs from starts with other last digits part too fast".into());
             }
             let Some(far) = envelope.farthest(&theirs) else {
-                return Found::Breaks(f64::INFINITY, "other moments are told".to_owned());
+                return Held::Breaks("other moments are told".to_owned());
             };
             if far.ratio > allowed {
                 let (quantity, unit) = far.quantity.name();
@@ -483,11 +472,11 @@ impl Known {
                      {unit}, {:.1e} times as far as with other last digits",
                     far.step, far.body, far.apart, far.ratio
                 );
-                return Found::Breaks(far.ratio, said);
+                return Held::Breaks(said);
             }
             most = most.max(far.ratio);
         }
-        Found::Holds(format!(
+        Held::Holds(format!(
             "at most {most:.1} times as far off as with other last digits"
         ))
     }
@@ -568,6 +557,20 @@ fn far(known: &Known) -> f64 {
     FAR[usize::from(!known.resolution.is_double())] * reach(&known.state.case.bodies)
 }
 
+fn columns(bodies: &mut Bodies) -> [&mut Vec<f64>; 8] {
+    let Bodies {
+        x,
+        z,
+        vx,
+        vz,
+        radius,
+        mass,
+        spin,
+        inertia,
+    } = bodies;
+    [x, z, vx, vz, radius, mass, spin, inertia]
+}
+
 /// With a copy of its grains far away, between copies of its upright walls.
 fn doubled(known: &Known) -> Vec<Case> {
     let mut both = known.state.case.clone();
@@ -575,17 +578,13 @@ fn doubled(known: &Known) -> Vec<Case> {
         return Vec::new();
     }
     let copy = Frame::shifted(far(known)).case(&both);
-    let all = |bodies: &mut Bodies, more: &Bodies| {
-        bodies.x.extend(&more.x);
-        bodies.z.extend(&more.z);
-        bodies.vx.extend(&more.vx);
-        bodies.vz.extend(&more.vz);
-        bodies.radius.extend(&more.radius);
-        bodies.mass.extend(&more.mass);
-        bodies.spin.extend(&more.spin);
-        bodies.inertia.extend(&more.inertia);
-    };
-    all(&mut both.bodies, &copy.bodies);
+    let mut copied = copy.bodies;
+    for (all, more) in columns(&mut both.bodies)
+        .into_iter()
+        .zip(columns(&mut copied))
+    {
+        all.append(more);
+    }
     let upright = |wall: &Wall| wall.axis == Axis::X;
     let walls = copy.model.walls.into_iter().filter(upright);
     both.model.walls.extend(walls);
@@ -604,16 +603,7 @@ fn one_by_one(known: &Known, runs: Vec<Run>) -> Vec<Run> {
         let first = which * grains;
         let part = |moment: &Snapshot| {
             let mut part = moment.clone();
-            for column in [
-                &mut part.bodies.x,
-                &mut part.bodies.z,
-                &mut part.bodies.vx,
-                &mut part.bodies.vz,
-                &mut part.bodies.radius,
-                &mut part.bodies.mass,
-                &mut part.bodies.spin,
-                &mut part.bodies.inertia,
-            ] {
+            for column in columns(&mut part.bodies) {
                 *column = column.iter().skip(first).take(grains).copied().collect();
             }
             let here = first..first + grains;
@@ -672,7 +662,7 @@ fn stack(known: &Known, divided: u64) -> Case {
 }
 
 /// How much closer the second pair of runs is than the first.
-fn converges(runs: &[Run], resolution: Resolution) -> Found {
+fn converges(runs: &[Run], resolution: Resolution) -> Held {
     let pairs = |moment: &Snapshot| -> Vec<(u32, u32)> {
         let contacts = moment.contacts.iter();
         contacts.map(|contact| (contact.id1, contact.id2)).collect()
@@ -680,7 +670,7 @@ fn converges(runs: &[Run], resolution: Resolution) -> Found {
     let together = pairs(&runs[0][0]);
     let parted = |moment: &Snapshot| pairs(moment) != together;
     if together.len() != 2 || runs.iter().flatten().any(parted) {
-        return Found::Open("the grains do not stay together".to_owned());
+        return Held::Open("the grains do not stay together".to_owned());
     }
     let apart = |one: &Run, two: &Run| {
         let moments = one.iter().zip(two);
@@ -692,26 +682,26 @@ fn converges(runs: &[Run], resolution: Resolution) -> Found {
     };
     let apart: Vec<f64> = runs.windows(2).map(|two| apart(&two[0], &two[1])).collect();
     if apart.iter().any(|apart| !apart.is_finite()) {
-        return Found::Breaks(f64::INFINITY, "places are no numbers".to_owned());
+        return Held::Breaks("places are no numbers".to_owned());
     }
     let (extent, _) = largest(&runs[0]);
     let rounding = 1.0e3 * (resolution.position * extent).max(resolution.overlap);
     if apart.iter().any(|apart| *apart < rounding) {
-        return Found::Open("rounding hides what a time step changes".to_owned());
+        return Held::Open("rounding hides what a time step changes".to_owned());
     }
     let orders = [0, 1].map(|at| (apart[at] / apart[at + 1]).log2());
     let most = orders[0].max(orders[1]);
     if orders[1] >= CONVERGES {
-        return Found::Holds(format!("the error falls with order {:.2}", orders[1]));
+        return Held::Holds(format!("the error falls with order {:.2}", orders[1]));
     }
     if most > DOES_NOT {
-        return Found::Open("something begins in between, such as sliding".to_owned());
+        return Held::Open("something begins in between, such as sliding".to_owned());
     }
     let said = format!(
         "places change by {:.1e}, {:.1e} and {:.1e} m as the step is halved three times: at best order {most:.2}, and at least 1 is expected",
         apart[0], apart[1], apart[2]
     );
-    Found::Breaks(DOES_NOT - most, said)
+    Held::Breaks(said)
 }
 
 /// How large a force is rounding, N, on each grain: of the velocity that tells it, of the place that makes it, and of the sum.
@@ -735,7 +725,7 @@ fn rounding(moment: &Snapshot, dt: f64, resolution: Resolution) -> Vec<f64> {
 }
 
 /// m Δv against Δt times forces and weight: the work of all forces is then the kinetic energy that is gained, too.
-fn account(case: &Case, run: &Run, resolution: Resolution) -> Found {
+fn account(case: &Case, run: &Run, resolution: Resolution) -> Held {
     let (dt, gravity) = (case.model.dt, case.model.gravity);
     let mut worst = (0.0, String::new());
     for pair in run.windows(2) {
@@ -769,8 +759,8 @@ fn account(case: &Case, run: &Run, resolution: Resolution) -> Found {
         }
     }
     match worst.0 <= 1.0 {
-        true => Found::Holds("the written forces are those that act, to rounding".to_owned()),
-        false => Found::Breaks(worst.0, worst.1),
+        true => Held::Holds("the written forces are those that act, to rounding".to_owned()),
+        false => Held::Breaks(worst.1),
     }
 }
 
@@ -790,10 +780,10 @@ fn momenta(bodies: &Bodies) -> [f64; 3] {
     sums
 }
 
-fn conserved(run: &Run, dt: f64, resolution: Resolution) -> Found {
+fn conserved(run: &Run, dt: f64, resolution: Resolution) -> Held {
     const NAMES: [&str; 3] = ["momentum along x", "momentum along z", "angular momentum"];
     let Some(start) = run.first() else {
-        return Found::Open("nothing is told".to_owned());
+        return Held::Open("nothing is told".to_owned());
     };
     let began = momenta(&start.bodies);
     // Grains that are kept from turning take torques up.
@@ -824,8 +814,8 @@ fn conserved(run: &Run, dt: f64, resolution: Resolution) -> Found {
         }
     }
     match worst.0 <= 1.0 {
-        true => Found::Holds("both stay what they were, to rounding".to_owned()),
-        false => Found::Breaks(worst.0, worst.1),
+        true => Held::Holds("both stay what they were, to rounding".to_owned()),
+        false => Held::Breaks(worst.1),
     }
 }
 
