@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::exit;
 use verdict::judge::Verdict;
 
+/// The ids of checks of an engine against itself begin with this.
+pub const ITSELF: &str = "engine/itself/";
+
 /// What a check came to.
 #[derive(
     Debug,
@@ -85,9 +88,10 @@ impl Outcome {
 impl From<Verdict> for Outcome {
     fn from(verdict: Verdict) -> Self {
         match verdict {
-            Verdict::Identical | Verdict::EqualToRounding | Verdict::EqualInDistribution => {
-                Outcome::Pass
-            }
+            Verdict::Identical
+            | Verdict::EqualToRounding
+            | Verdict::EqualInDistribution
+            | Verdict::ConsistentWithItself => Outcome::Pass,
             Verdict::Different => Outcome::Fail,
             Verdict::Undecided => Outcome::Skipped,
         }

@@ -5,7 +5,7 @@ pub mod table;
 
 use std::borrow::Cow;
 
-use crate::checks::{Check, Outcome};
+use crate::checks::{Check, ITSELF, Outcome};
 use crate::exit;
 pub use plot::{Axis, Colour, Mark, Plot, Point, Shape, Style};
 pub use table::{Cell, Column, Columns, Table, rounded};
@@ -77,12 +77,18 @@ impl Document {
         let said = match self.exit_code() {
             exit::ENGINE_FAILED => "Engine failed",
             // Of one run alone nothing is compared.
-            exit::CHECK_FAILED if self.checks.iter().all(|check| check.id.starts_with("run/")) => {
-                "Not to be relied on"
-            }
+            exit::CHECK_FAILED if self.has_only("run/") => "Not to be relied on",
+            // Nothing else was looked at.
+            exit::AGREED if self.has_only(ITSELF) => "Consistent with itself",
+            exit::CHECK_FAILED if self.has_only(ITSELF) => "Not consistent with itself",
             _ => self.verdict.verdict(),
         };
         (!shows).then_some(said)
+    }
+
+    /// Whether the ids of all checks begin so.
+    fn has_only(&self, id: &str) -> bool {
+        self.checks.iter().all(|check| check.id.starts_with(id))
     }
 
     /// What a job with this result tells a script; of an engine that gave nothing to judge this is not what a difference tells.

@@ -30,6 +30,7 @@ use grains::tables::{Bodies, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
 use verdict::Answer;
+use verdict::invariance::Own;
 
 pub use record::EngineRecord;
 
@@ -328,6 +329,9 @@ pub struct Description {
     /// Rules that it has, whatever the model says; by them it is judged. From version 2 on.
     #[serde(default, skip_serializing_if = "Rules::are_usual")]
     pub rules: Rules,
+    /// Its contact law is another one than the model's, and has this: it is held against itself alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_law: Option<Vec<Own>>,
 }
 
 impl Description {

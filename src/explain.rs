@@ -16,7 +16,7 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 28] = [
+pub const EXPLANATIONS: [Explanation; 29] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
@@ -78,6 +78,14 @@ pub const EXPLANATIONS: [Explanation; 28] = [
         source: "src/suite/conformance.rs; docs/bring-your-own-engine.md",
         breaks: "The first that fails is to be mended first: the rest may come from it. Where engine/bed alone fails, forces of several contacts are \
             added wrongly, or a contact is found too late or lost.",
+    },
+    Explanation {
+        pattern: "engine/itself/*",
+        meaning: "What must be true of any contact law is true of an engine: no reference is asked.",
+        formula: "A case is changed (mirrored, renumbered, in other units, …), the answer is changed back and held against the case as it is: to the \
+            bit, or to what the engine's own runs from starts with other last digits differ by.",
+        source: "crates/verdict/src/invariance.rs; docs/bring-your-own-engine.md",
+        breaks: "Each relation tells what usually breaks it. A fault that is the same from everywhere, such as a wrong stiffness, breaks none.",
     },
     Explanation {
         pattern: "conformance/*",
@@ -268,6 +276,7 @@ mod tests {
             ("bench", "bench/*"),
             ("search/emulator/height", "search/*"),
             ("engine/damping", "engine/*"),
+            ("engine/itself/units", "engine/itself/*"),
             ("campaign/rows", "*/rows"),
             ("parameters/everything/dt", "parameters/*"),
         ] {

@@ -11,6 +11,7 @@ mod scene;
 
 mod corpus;
 mod generate;
+mod itself;
 
 mod emulated;
 mod native;

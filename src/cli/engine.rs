@@ -81,6 +81,9 @@ pub struct Arguments {
     /// Judge from this scene's states, as the native engine runs it to its end, in place of the paper's bed
     #[arg(long, value_name = "FILE", conflicts_with_all = ["grains", "dispersion"])]
     scene: Option<PathBuf>,
+    /// Hold it against itself in every state, and not in one; an engine with a law of its own always is
+    #[arg(long)]
+    against_itself: bool,
     #[command(flatten)]
     results: Results,
     #[command(flatten)]
@@ -132,7 +135,7 @@ impl Arguments {
         self.results.check(CHECK)?;
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
-        let beds = match &self.scene {
+        let mut beds = match &self.scene {
             Some(path) => {
                 let scene = read_scene(path)?;
                 task.share(0.0, "native runs the scene");
@@ -140,6 +143,7 @@ impl Arguments {
             }
             None => Beds::new(self.grains, self.dispersion),
         };
+        beds.thorough = self.against_itself;
         let mut progress = |name: &str| task.share(0.0, name);
         let asked = match &self.engine {
             Named::Exec(program) => format!("exec:{}", program.display()),
@@ -155,7 +159,11 @@ impl Arguments {
             Some(_) => "--scene FILE".to_owned(),
             None => format!("--grains {} --dispersion {}", self.grains, self.dispersion),
         };
-        let command = format!("crossgrain engine check {asked} {from}");
+        let thorough = flag(self.against_itself, "--against-itself");
+        let command = with_options(
+            &format!("crossgrain engine check {asked} {from}"),
+            [thorough],
+        );
         let mut made = format!("crossgrain {VERSION}: `{command}`.");
         let (bed, asked_for) = (found.first_steps.as_ref(), self.grains);
         if let Some(bed) = bed

@@ -6,13 +6,16 @@ use crate::checks::{Check, Outcome};
 use crate::document::{Section, Table};
 use crate::engine::{Engine, EngineError, ProgramError};
 use crate::files::work_folder;
+use grains::native::NativeError;
 use grains::tables::Snapshot;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, REPLICAS};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
+use verdict::invariance;
 use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
+use verdict::starts::{Bed, State};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -34,17 +37,34 @@ pub struct Beds {
     grains: u32,
     dispersion: f64,
     made: [OnceLock<Reference>; 2],
+    /// Of a bed from which an engine is held against itself.
+    itself: OnceLock<Vec<State>>,
+    /// Whether it is in every state, and not in one.
+    pub thorough: bool,
 }
 
 impl Beds {
     /// Of so many grains, whose radii differ by this share of the mean radius.
     pub fn new(grains: u32, dispersion: f64) -> Self {
-        let made = Default::default();
         Beds {
             grains,
             dispersion,
-            made,
+            made: Default::default(),
+            itself: OnceLock::new(),
+            thorough: false,
         }
+    }
+
+    /// Those of a bed small enough that it costs little to run them many times.
+    pub fn for_itself(&self) -> Result<Vec<State>, NativeError> {
+        let made = match self.itself.get() {
+            Some(made) => made,
+            None => {
+                let made = Bed::new(invariance::GRAINS, self.dispersion)?.states();
+                self.itself.get_or_init(|| made)
+            }
+        };
+        Ok(made.clone())
     }
 }
 
@@ -55,6 +75,8 @@ impl From<Reference> for Beds {
             grains: 0,
             dispersion: 0.0,
             made: [OnceLock::from(reference), OnceLock::new()],
+            itself: OnceLock::new(),
+            thorough: false,
         }
     }
 }

@@ -42,6 +42,7 @@ impl Engine for Options {
             approximations: Vec::new(),
             forms: Vec::new(),
             rules: Rules::default(),
+            own_law: None,
         })
     }
 

@@ -93,6 +93,7 @@ impl Engine for Options {
             approximations: Vec::new(),
             forms: Vec::new(),
             rules: Rules::default(),
+            own_law: None,
         })
     }
 

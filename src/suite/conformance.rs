@@ -5,7 +5,7 @@ pub mod table;
 
 use serde::Serialize;
 
-use crate::checks::{Check, Outcome};
+use crate::checks::{Check, ITSELF, Outcome};
 use crate::compare::first_steps::{self, Beds};
 use crate::document::{Document, Section};
 use crate::engine::{Description, Engine, Part, ProgramError};
@@ -20,6 +20,7 @@ use grains::tables::{Bodies, Contact, Snapshot, Stage};
 use grains::task::{Case, StageReport, Task};
 use verdict::envelope::Resolution;
 use verdict::excerpt::Excerpt;
+use verdict::invariance::{Depth, Held, Itself, RELATIONS};
 use verdict::judge::{Judgement, Verdict};
 
 /// The ids of the checks of first steps begin with this.
@@ -43,6 +44,10 @@ impl Conformance {
             .any(|check| check.outcome == Outcome::Fail)
         {
             return Verdict::Different;
+        }
+        let mut checks = self.checks.iter();
+        if self.engine.own_law.is_some() && checks.any(|check| check.outcome == Outcome::Pass) {
+            return Verdict::ConsistentWithItself;
         }
         match &self.first_steps {
             Some(first_steps) if self.refused().is_none() => first_steps.verdict(),
@@ -92,6 +97,14 @@ impl Conformance {
             .with_all(engine.approximations.clone());
         let mut sections = vec![says];
         sections.extend(self.first_steps.iter().flat_map(first_steps::sections));
+        if engine.own_law.is_some() {
+            let about = format!(
+                "It has a contact law of its own. States of a bed of {} grains are changed, run, and changed back; how far rounding takes the engine is \
+                 told by its runs from starts with other last digits. What it does to every grain alike and nothing here changes is not seen.",
+                verdict::invariance::GRAINS
+            );
+            sections.push(Section::new("Against itself", about));
+        }
         Document {
             title: format!("Conformance of {}", engine.label()),
             verdict: self.verdict().into(),
@@ -101,8 +114,37 @@ impl Conformance {
         }
     }
 
+    /// What relations hold of an engine with a law of its own.
+    fn of_itself(&self) -> String {
+        let of = |outcome| {
+            self.checks
+                .iter()
+                .filter(move |check| check.outcome == outcome)
+        };
+        let [held, open] = [Outcome::Pass, Outcome::Skipped].map(|outcome| of(outcome).count());
+        let open = match open {
+            0 => String::new(),
+            open => format!(" and {open} were not decided"),
+        };
+        let broken =
+            of(Outcome::Fail).map(|check| format!("{}: {}. ", check.quantity, check.found));
+        let broken: String = broken.collect();
+        format!("{broken}{held} relations hold{open}; it was not held against any reference.")
+    }
+
+    /// The relations that do not hold.
+    fn broken(&self) -> Vec<&str> {
+        let failed =
+            |check: &&Check| check.outcome == Outcome::Fail && check.id.starts_with(ITSELF);
+        let checks = self.checks.iter().filter(failed);
+        checks.map(|check| check.quantity.as_str()).collect()
+    }
+
     /// A cause that the first steps name is what the failures of the small jobs come from: it is said alone.
     fn answer(&self) -> String {
+        if self.engine.own_law.is_some() {
+            return first_steps::sentence(&self.of_itself());
+        }
         let small =
             |check: &&Check| check.outcome == Outcome::Fail && !check.id.starts_with(FIRST_STEPS);
         let causes = self
@@ -113,12 +155,21 @@ impl Conformance {
         let small = self.checks.iter().find(small).filter(|_| !explained);
         let first = self.first_steps.as_ref().map(first_steps::answer);
         let said = match (small, self.refused(), first) {
-            (Some(Check { found, .. }), _, first) => {
+            (Some(check), _, first) => {
                 let first = first.filter(|_| causes.is_empty());
                 let first = first.map_or(String::new(), |answer| {
                     format!(" Its first steps: {answer}")
                 });
-                format!("{found}. Mend this first: the rest may come from it.{first}")
+                let found = match check.id.starts_with(ITSELF) {
+                    true => format!("{}: {}", check.quantity, check.found),
+                    false => check.found.clone(),
+                };
+                let broken = self.broken();
+                let broken = match broken.is_empty() {
+                    true => String::new(),
+                    false => format!(" It contradicts itself: {}.", broken.join("; ")),
+                };
+                format!("{found}. Mend this first: the rest may come from it.{broken}{first}")
             }
             (_, Some(check), Some(first)) => format!("{}. Its first steps: {first}", check.found),
             (_, None, Some(first)) => first,
@@ -147,6 +198,15 @@ pub fn conformance(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let described = engine.describe()?;
+    if described.own_law.is_some() {
+        let mut found = Conformance {
+            engine: described,
+            checks: Vec::new(),
+            first_steps: None,
+        };
+        against_itself(engine, beds, &mut found, progress)?;
+        return Ok(found);
+    }
     let first_steps = if described.has(Part::Cases) {
         first_steps::first_steps(engine, beds, progress).map_err(Trouble::from)
     } else {
@@ -197,7 +257,57 @@ pub fn conformance(
             }
         }
     }
+    against_itself(engine, beds, &mut found, progress)?;
     Ok(found)
+}
+
+/// Adds what must be true of any law.
+fn against_itself(
+    engine: &dyn Engine,
+    beds: &Beds,
+    found: &mut Conformance,
+    progress: &mut dyn FnMut(&str),
+) -> Result<(), EngineError> {
+    if !found.engine.has(Part::Cases) {
+        let why = "the engine says that it has no lists of small experiments (cases)";
+        let skipped = Err(Trouble::Skipped(why.to_owned()));
+        return found.add("itself/cases", "held against itself", skipped);
+    }
+    let own = found.engine.own_law.clone();
+    let lacks = |case: &Case| engine.lacks_for(case);
+    let mut run = |cases: &[&Case]| {
+        let work = work_folder().map_err(ProgramError::File)?;
+        engine.run_cases(cases, work.path())
+    };
+    progress("against itself");
+    let known = found.first_steps.as_ref();
+    let resolution = known.map_or(Resolution::DOUBLE, |known| known.resolution);
+    let depth = match beds.thorough || found.engine.own_law.is_some() {
+        true => Depth::All,
+        false => Depth::Richest(resolution),
+    };
+    let itself = match Itself::new(beds.for_itself()?, depth, own.as_deref(), &lacks, &mut run) {
+        Ok(itself) => itself,
+        Err(error) => {
+            let what = "small beds as they are";
+            return found.add("itself/beds", what, Err(Trouble::Engine(error)));
+        }
+    };
+    for relation in RELATIONS.iter().filter(|relation| relation.is_asked(depth)) {
+        progress(relation.name);
+        let said = match relation.held(&itself, &mut run) {
+            Ok(Held::Holds(said)) => Ok(said),
+            Ok(Held::Open(why)) => Err(Trouble::Skipped(why)),
+            Ok(Held::Breaks(said)) => Err(Trouble::Wrong(format!(
+                "{said}. What usually breaks this: {}",
+                relation.breaks
+            ))),
+            Err(error) => Err(Trouble::Engine(error)),
+        };
+        let id = format!("itself/{}", relation.key);
+        found.add(&id, relation.name, said)?;
+    }
+    Ok(())
 }
 
 /// What a job came to if it is not right.

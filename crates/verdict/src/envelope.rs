@@ -306,6 +306,12 @@ impl Envelope {
         self
     }
 
+    /// How far nine of ten grains part at most, over the radius.
+    pub(crate) fn widest(&self) -> f64 {
+        let reach = self.reach.iter();
+        reach.fold(0.0, |most, moment| most.max(moment[0][1]))
+    }
+
     /// Where a run of this case is farthest off; of the start itself the contacts alone are looked at. None for a run with other
     /// moments.
     pub fn farthest(&self, theirs: &[Snapshot]) -> Option<Farthest> {

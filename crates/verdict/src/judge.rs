@@ -30,6 +30,8 @@ pub enum Verdict {
     EqualToRounding,
     /// Its packings have the same distribution, within margins set before.
     EqualInDistribution,
+    /// What must be true of any law is true of its own; it was held against no other engine.
+    ConsistentWithItself,
     /// It is another engine.
     Different,
     /// Evidence is missing.
@@ -42,6 +44,7 @@ impl Verdict {
             Verdict::Identical => "identical",
             Verdict::EqualToRounding => "equal to rounding",
             Verdict::EqualInDistribution => "equal in distribution",
+            Verdict::ConsistentWithItself => "consistent with itself",
             Verdict::Different => "different",
             Verdict::Undecided => "undecided",
         }

@@ -14,6 +14,7 @@
 //! | what do the states exercise, and what not? | [`exercise`] |
 //! | which constants are wrong? | [`constants`] |
 //! | which term has another form? | [`forms`] |
+//! | does it agree with itself, whatever its law is? | [`invariance`] |
 //! | all of it in order | [`judge`] |
 //!
 //! ```
@@ -45,6 +46,8 @@ pub mod envelope;
 pub mod excerpt;
 pub mod exercise;
 pub mod forms;
+pub mod frame;
+pub mod invariance;
 pub mod judge;
 pub mod starts;
 

@@ -1,0 +1,860 @@
+//! An engine held against itself: what is true of any contact law, also of one that this program does not know. No reference is
+//! asked. The [table](RELATIONS) says how a case is changed, how the answer is changed back, and what must hold then.
+//!
+//! How far rounding takes an engine apart is measured by the engine's own runs from starts that differ in their last digits.
+
+use evidence::random::Source;
+use grains::model::{Axis, Wall};
+use grains::native::NativeError;
+use grains::tables::{Bodies, Snapshot};
+use grains::task::Case;
+use serde::{Deserialize, Serialize};
+
+use crate::envelope::{Envelope, FACTOR, Resolution, largest};
+use crate::frame::Frame;
+use crate::starts::{MOMENTS, Start, State};
+use crate::{Answer, Engine};
+
+/// What an engine with a law of its own says of it, so that nothing is asked that cannot hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Own {
+    /// It has constants with units that no job names.
+    Constants,
+    /// Contacts remember, so that a table does not tell how a run goes on.
+    Memory,
+    /// There are forces that no contact table tells: of the air, or at a distance.
+    Unlisted,
+}
+
+/// Something that must be true of any engine.
+pub struct Relation {
+    /// For identifiers.
+    pub key: &'static str,
+    /// What is done to a case.
+    pub name: &'static str,
+    /// The cases that it asks for; none where it says nothing.
+    there: fn(&Known) -> Vec<Case>,
+    /// What was answered, as if the case had been asked for as it is.
+    back: fn(&Known, Vec<Run>) -> Vec<Run>,
+    holds: Holds,
+    /// It is not asked of a law that has this.
+    unless: Option<Own>,
+    /// What usually breaks it.
+    pub breaks: &'static str,
+}
+
+/// What must hold between the answers and the run of the case as it is.
+enum Holds {
+    EveryBit,
+    /// Every bit, or what rounding leaves of it where a function of the machine's library is used.
+    Exactly,
+    /// In coordinates that are at most so many times as large.
+    Rounding(f64),
+    /// Answers come closer to each other as the time step is halved.
+    Converges,
+    /// Each grain gains the momentum that written forces and gravity give it.
+    Account,
+    /// All grains together keep momentum and angular momentum.
+    Conserved,
+}
+
+type Run = Vec<Snapshot>;
+
+/// All of them.
+pub const RELATIONS: [Relation; 12] = [
+    Relation {
+        key: "again",
+        name: "run twice, the second time in another order of cases",
+        there: |known| vec![known.state.case.clone()],
+        back: as_told,
+        holds: Holds::EveryBit,
+        unless: None,
+        breaks: "memory that is never set or is kept from the case before, threads that add in the order in which they come, or random numbers without a fixed seed",
+    },
+    Relation {
+        key: "output",
+        name: "told of at every step, or at the last one alone",
+        there: |known| {
+            let last = MOMENTS[MOMENTS.len() - 1];
+            let every = (0..=EVERY_STEP).chain([last]).collect();
+            vec![known.at(every), known.at(vec![last])]
+        },
+        back: as_told,
+        holds: Holds::EveryBit,
+        unless: None,
+        breaks: "output that changes the run: a table that is sorted in place, contacts or velocities that are made anew for it",
+    },
+    Relation {
+        key: "resumed",
+        name: "stopped and resumed from its own table",
+        there: resumed,
+        back: |_, mut runs| {
+            let moments = runs.iter_mut().flatten();
+            moments.for_each(|moment| moment.step += STOPPED);
+            runs
+        },
+        holds: Holds::Rounding(1.0),
+        unless: Some(Own::Memory),
+        breaks: "something that is remembered and not written, such as neighbours found at the start, or a first step that is not as the others",
+    },
+    Relation {
+        key: "renumbered",
+        name: "grains renumbered",
+        there: |known| vec![renumbered(known).case(&known.state.case)],
+        back: |known, runs| told_here(&renumbered(known), &runs),
+        holds: Holds::Rounding(1.0),
+        unless: None,
+        breaks: "forces that depend on which of two grains comes first, pairs that are lost by their order, or one grain that is treated otherwise",
+    },
+    Relation {
+        key: "mirrored",
+        name: "mirrored, left for right",
+        there: |known| vec![Frame::MIRRORED.case(&known.state.case)],
+        back: |_, runs| told_here(&Frame::MIRRORED, &runs),
+        holds: Holds::Rounding(1.0),
+        unless: None,
+        breaks: "a torque, a spin or a tangential force with the wrong sign, or coordinates below zero that are cut to whole cells",
+    },
+    Relation {
+        key: "turned",
+        name: "turned by a quarter, with gravity and walls",
+        there: |known| match known.state.case.punch {
+            Some(_) => Vec::new(),
+            None => vec![Frame::TURNED.case(&known.state.case)],
+        },
+        back: |_, runs| told_here(&Frame::TURNED, &runs),
+        holds: Holds::Rounding(1.0),
+        unless: None,
+        breaks: "gravity or walls that are taken to lie along one axis, or a term that is missing along one of the two",
+    },
+    Relation {
+        key: "shifted",
+        name: "shifted to the side",
+        there: |known| vec![shifted(known).case(&known.state.case)],
+        back: |known, runs| told_here(&shifted(known), &runs),
+        holds: Holds::Rounding(2.0),
+        unless: None,
+        breaks: "a wall or a cell grid that is taken to begin at zero, or a tolerance that is a share of a coordinate",
+    },
+    Relation {
+        key: "units",
+        name: "in other units of length, mass and time",
+        there: |known| vec![units(known).case(&known.state.case)],
+        back: |known, runs| told_here(&units(known), &runs),
+        holds: Holds::Exactly,
+        unless: Some(Own::Constants),
+        breaks: "a constant with a unit that stands in the program, such as gravity or a time step, or an absolute tolerance in metres",
+    },
+    Relation {
+        key: "copies",
+        name: "twice, far apart, in one job",
+        there: doubled,
+        back: one_by_one,
+        holds: Holds::Rounding(1.0 + FAR[0]),
+        unless: None,
+        breaks: "a cell list that ends before the second copy does, buffers that are used again, or a sum over all grains that acts on each",
+    },
+    Relation {
+        key: "step",
+        name: "time step halved, and halved again",
+        there: |known| match known.state.case.punch {
+            Some(_) => Vec::new(),
+            None => HALVED.map(|times| stack(known, times)).to_vec(),
+        },
+        back: as_told,
+        holds: Holds::Converges,
+        unless: None,
+        breaks: "a time step that is not read everywhere, or a force that is a jump a step and no rate",
+    },
+    Relation {
+        key: "account",
+        name: "momentum that each grain gains, against the forces that are written",
+        there: |known| vec![undamped(known, (0..=ACCOUNTED).collect())],
+        back: as_told,
+        holds: Holds::Account,
+        unless: Some(Own::Unlisted),
+        breaks: "forces that act on one of two bodies only, forces that act and are not in the table, or gravity that is not the job's",
+    },
+    Relation {
+        key: "conserved",
+        name: "momentum and angular momentum of grains that are left alone",
+        there: |known| {
+            let mut alone = undamped(known, MOMENTS.to_vec());
+            alone.model.gravity = [0.0; 2];
+            alone.model.walls.clear();
+            alone.punch = None;
+            vec![alone]
+        },
+        back: as_told,
+        holds: Holds::Conserved,
+        unless: Some(Own::Unlisted),
+        breaks: "a force on one of two grains only, or a torque with the wrong sign or arm",
+    },
+];
+
+/// Grains of the bed: each of some states is run two dozen times.
+pub const GRAINS: u32 = 60;
+/// Steps each of which is told of.
+const EVERY_STEP: u64 = 30;
+/// A run is stopped after so many steps.
+const STOPPED: u64 = 30;
+/// Steps whose momentum is accounted for.
+const ACCOUNTED: u64 = 12;
+/// How many times as far as the bed reaches its copy is, in double and in single precision.
+const FAR: [f64; 2] = [16.0, 4.0];
+/// The shares of a time step that are compared.
+const HALVED: [u64; 4] = [1, 2, 4, 8];
+/// Steps of the undivided length after which they are, and a static overlap over the radius.
+const COMPARED: [u64; 5] = [0, 8, 16, 24, 32];
+const PRESSED: f64 = 1.0e-3;
+/// An order of this much counts as convergence, and two in turn below that as none: a grain that begins to slide may spoil one.
+const CONVERGES: f64 = 0.6;
+const DOES_NOT: f64 = 0.3;
+/// The engine's own runs from starts that differ in their last digits, and by how many times its resolution in double and in single precision.
+const REPLICAS: u64 = 5;
+const FEW_REPLICAS: u64 = 2;
+const DIGITS: [f64; 2] = [64.0, 12.0];
+/// Where these part by more than this share of a radius nothing is told of a difference.
+const CHAOS: f64 = 0.05;
+/// In single precision contacts open and slide a step earlier or later now and then: so many times as much is rounding there.
+const COARSER: f64 = 10.0;
+/// How many roundings a sum may have at their worst.
+const ROUNDINGS: f64 = 16.0;
+/// Under these laws a bed under the punch is looked at beside one that pours.
+const PRESSED_LAWS: [&str; 3] = [
+    "springs",
+    "friction-and-dashpots",
+    "friction-with-other-constants",
+];
+
+/// What a relation came to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Held {
+    /// In so many states; what was seen.
+    Holds(String),
+    /// Where and how far it does not.
+    Breaks(String),
+    /// Why nothing is said.
+    Open(String),
+}
+
+/// A state, the engine's run of it and the runs from starts that differ in their last digits.
+pub struct Known {
+    state: State,
+    run: Run,
+    replicas: Vec<Run>,
+    resolution: Resolution,
+    /// Contacts have what no table tells.
+    remembers: bool,
+}
+
+/// What an engine makes of the states as they are.
+pub struct Itself<'a> {
+    known: Vec<Known>,
+    /// What its law has, where it is one of its own.
+    own: &'a [Own],
+    lacks: &'a dyn Fn(&Case) -> Option<String>,
+}
+
+/// How much an engine is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Depth {
+    /// All of a bed's states.
+    All,
+    /// The one whose law has most terms, of an engine whose resolution is known.
+    Richest(Resolution),
+}
+
+impl<'a> Itself<'a> {
+    /// Runs those of a bed's states that the engine has the parts for; what it refuses is left out.
+    pub fn new<E: From<NativeError>>(
+        states: Vec<State>,
+        depth: Depth,
+        own: Option<&'a [Own]>,
+        lacks: &'a dyn Fn(&Case) -> Option<String>,
+        engine: &mut Engine<'_, E>,
+    ) -> Result<Self, E> {
+        let is_asked = |state: &State| {
+            let pours = state.start == Start::Pouring.name();
+            let is_pressed = state.start == Start::UnderPunch.name()
+                && PRESSED_LAWS.contains(&state.law.as_str());
+            !state.drawn && (pours || is_pressed) && lacks(&state.case).is_none()
+        };
+        let mut states: Vec<State> = states.into_iter().filter(is_asked).collect();
+        let (mut resolution, mut replicas) = (Resolution::DOUBLE, REPLICAS);
+        if let Depth::Richest(known) = depth {
+            (resolution, replicas) = (known, FEW_REPLICAS);
+            let terms = |state: &State| {
+                let law = &state.case.model.law;
+                let terms = [law.has_friction(), law.rotates(), law.has_dashpots()];
+                (
+                    terms.into_iter().filter(|has| *has).count(),
+                    state.case.punch.is_none(),
+                )
+            };
+            let most = states.iter().map(terms).max();
+            states.retain(|state| Some(terms(state)) == most);
+            states.truncate(1);
+        }
+        let probed: Vec<&Case> = states
+            .iter()
+            .filter(|state| state.probed && depth == Depth::All)
+            .map(|state| &state.case)
+            .collect();
+        for case in probed {
+            let cases = Resolution::cases(case);
+            let answers = engine(&cases.iter().collect::<Vec<_>>())?;
+            let measured = Resolution::measured(case, &answers);
+            resolution = measured.map_or(resolution, |measured| resolution.coarser(measured));
+        }
+        let one = |state: &State| {
+            let changed =
+                (1..=replicas).map(|replica| last_digits(&state.case, resolution, replica));
+            [state.case.clone()].into_iter().chain(changed).collect()
+        };
+        let asked: Vec<Vec<Case>> = states.iter().map(one).collect();
+        let answers = in_one_start(engine, &asked, false)?;
+        let known = states.into_iter().zip(answers).filter_map(|(state, runs)| {
+            let mut runs = runs.ok()?.into_iter();
+            Some(Known {
+                run: runs.next()?,
+                replicas: runs.collect(),
+                remembers: own.is_none() && state.case.model.law.has_history(),
+                state,
+                resolution,
+            })
+        });
+        Ok(Itself {
+            known: known.collect(),
+            own: own.unwrap_or_default(),
+            lacks,
+        })
+    }
+}
+
+/// For each list of cases the runs, or why one of them was refused; all backwards where that is asked for.
+fn in_one_start<E>(
+    engine: &mut Engine<'_, E>,
+    asked: &[Vec<Case>],
+    backwards: bool,
+) -> Result<Vec<Result<Vec<Run>, String>>, E> {
+    let mut all: Vec<&Case> = asked.iter().flatten().collect();
+    if backwards {
+        all.reverse();
+    }
+    let mut answers: Vec<Answer> = match all.is_empty() {
+        true => Vec::new(),
+        false => engine(&all)?,
+    };
+    if backwards {
+        answers.reverse();
+    }
+    let mut answers = answers.into_iter();
+    let mut next = |cases: &Vec<Case>| answers.by_ref().take(cases.len()).collect();
+    Ok(asked.iter().map(&mut next).collect())
+}
+
+impl Relation {
+    /// Whether it is asked for so; shorter steps cost most, and are left out where an engine is held against a reference too.
+    pub fn is_asked(&self, depth: Depth) -> bool {
+        depth == Depth::All || !matches!(self.holds, Holds::Converges)
+    }
+
+    /// Whether it holds in every state; the first one in which it does not is told of.
+    pub fn held<E>(&self, itself: &Itself<'_>, engine: &mut Engine<'_, E>) -> Result<Held, E> {
+        if let Some(own) = self.unless.filter(|own| itself.own.contains(own)) {
+            let why = match own {
+                Own::Constants => "its law has constants of its own, with units",
+                Own::Memory => "its contacts remember what tables do not tell",
+                Own::Unlisted => "it has forces that no contact table tells",
+            };
+            return Ok(Held::Open(format!("the engine says that {why}")));
+        }
+        let mut asked = Vec::new();
+        for known in &itself.known {
+            let cases = (self.there)(known);
+            if !cases.is_empty() && cases.iter().all(|case| (itself.lacks)(case).is_none()) {
+                asked.push((known, cases));
+            }
+        }
+        let cases: Vec<Vec<Case>> = asked.iter().map(|(_, cases)| cases.clone()).collect();
+        let (mut holds, mut open) = (Vec::new(), None);
+        for ((known, cases), answer) in asked.into_iter().zip(in_one_start(engine, &cases, true)?) {
+            let state = &known.state.case.name;
+            let found = match answer {
+                Err(why) => Held::Open(format!("the engine refused: {why}")),
+                Ok(runs) => self.found(known, &cases, (self.back)(known, runs)),
+            };
+            match found {
+                Held::Holds(said) => holds.push(said),
+                Held::Open(why) => open = open.or(Some(format!("{state}: {why}"))),
+                Held::Breaks(said) => return Ok(Held::Breaks(format!("{state}: {said}"))),
+            }
+        }
+        let none = || "the engine has no state for it".to_owned();
+        Ok(match holds.last() {
+            Some(said) => Held::Holds(format!("in {} states {said}", holds.len())),
+            None => Held::Open(open.unwrap_or_else(none)),
+        })
+    }
+
+    fn found(&self, known: &Known, cases: &[Case], runs: Vec<Run>) -> Held {
+        let bits = || runs.iter().find_map(|run| known.other_bits(run));
+        match self.holds {
+            Holds::EveryBit => match bits() {
+                None => Held::Holds("every bit is the same".to_owned()),
+                Some(said) => Held::Breaks(said),
+            },
+            Holds::Exactly if bits().is_none() => Held::Holds("every bit is the same".to_owned()),
+            Holds::Exactly => known.rounding(&runs, 1.0),
+            Holds::Rounding(larger) => known.rounding(&runs, larger),
+            Holds::Converges => converges(&runs, known.resolution),
+            Holds::Account => account(&cases[0], &runs[0], known.resolution),
+            Holds::Conserved => conserved(&runs[0], cases[0].model.dt, known.resolution),
+        }
+    }
+}
+
+impl Known {
+    /// The case with other moments.
+    fn at(&self, moments: Vec<u64>) -> Case {
+        Case {
+            moments,
+            ..self.state.case.clone()
+        }
+    }
+
+    /// The moments of a run of this state that another one has too.
+    fn common(run: &[Snapshot], with: &[Snapshot]) -> Run {
+        let is_in = |moment: &&Snapshot| with.iter().any(|other| other.step == moment.step);
+        run.iter().filter(is_in).cloned().collect()
+    }
+
+    /// Where a run has other bits than this one.
+    fn other_bits(&self, run: &[Snapshot]) -> Option<String> {
+        let own = Known::common(&self.run, run);
+        let theirs = Known::common(run, &self.run);
+        let mut pairs = own.iter().zip(&theirs);
+        let (own, _) = pairs.find(|(own, their)| own.digest() != their.digest())?;
+        Some(format!("after {} steps bits are others", own.step))
+    }
+
+    /// Whether runs are as far from this one as those from starts with other last digits.
+    fn rounding(&self, runs: &[Run], larger: f64) -> Held {
+        let mut noise = self.resolution.noise();
+        noise.position *= larger;
+        let allowed = match self.resolution.is_double() {
+            true => FACTOR,
+            false => COARSER * FACTOR,
+        };
+        let mut most = 0.0f64;
+        for run in runs {
+            let own = Known::common(&self.run, run);
+            let theirs = Known::common(run, &self.run);
+            let replicas: Vec<Run> = self
+                .replicas
+                .iter()
+                .map(|replica| Known::common(replica, run))
+                .collect();
+            let envelope = Envelope::of(self.state.case.clone(), own, &replicas, noise);
+            if envelope.widest() > CHAOS {
+                return Held::Open("runs from starts with other last digits part too fast".into());
+            }
+            let Some(far) = envelope.farthest(&theirs) else {
+                return Held::Breaks("other moments are told".to_owned());
+            };
+            if far.ratio > allowed {
+                let (quantity, unit) = far.quantity.name();
+                let after = far.left_after.unwrap_or(far.step);
+                let said = format!(
+                    "after {after} steps it is farther off than rounding takes it; it is farthest after {}: the {quantity} of {} is off by {:.1e} \
+                     {unit}, {:.1e} times as far as with other last digits",
+                    far.step, far.body, far.apart, far.ratio
+                );
+                return Held::Breaks(said);
+            }
+            most = most.max(far.ratio);
+        }
+        Held::Holds(format!(
+            "at most {most:.1} times as far off as with other last digits"
+        ))
+    }
+}
+
+/// The case from a start that differs by some of the last digits that the engine has.
+fn last_digits(case: &Case, resolution: Resolution, replica: u64) -> Case {
+    let digits = DIGITS[usize::from(!resolution.is_double())];
+    let mut source = Source::new(b"crossgrain: other last digits   ", replica);
+    let mut noise = || 2.0 * source.uniform() - 1.0;
+    let mut changed = case.clone();
+    let length = digits * (resolution.position * reach(&case.bodies)).max(resolution.overlap);
+    let bodies = &mut changed.bodies;
+    for coordinate in bodies.x.iter_mut().chain(&mut bodies.z) {
+        *coordinate += length * noise();
+    }
+    let speeds = bodies.vx.iter_mut().chain(&mut bodies.vz);
+    for speed in speeds.chain(&mut bodies.spin) {
+        *speed *= 1.0 + digits * resolution.velocity * noise();
+    }
+    changed
+}
+
+/// How far the grains reach from where coordinates are zero, m.
+fn reach(bodies: &Bodies) -> f64 {
+    let all = bodies
+        .x
+        .iter()
+        .chain(&bodies.z)
+        .zip(bodies.radius.iter().cycle());
+    all.fold(0.0, |most, (place, radius)| most.max(place.abs() + radius))
+}
+
+fn as_told(_: &Known, runs: Vec<Run>) -> Vec<Run> {
+    runs
+}
+
+fn told_here(frame: &Frame, runs: &[Run]) -> Vec<Run> {
+    let back = |run: &Run| run.iter().map(|moment| frame.told_here(moment)).collect();
+    runs.iter().map(back).collect()
+}
+
+fn renumbered(known: &Known) -> Frame {
+    Frame::renumbered(known.state.case.bodies.len())
+}
+
+fn shifted(known: &Known) -> Frame {
+    Frame::shifted(0.37 * reach(&known.state.case.bodies))
+}
+
+/// Shorter metres in half of the states, longer ones in the others.
+fn units(known: &Known) -> Frame {
+    let powers = [12, -7, 5];
+    match known.state.case.punch.is_some() || known.state.law.contains("other") {
+        true => Frame::in_units(powers),
+        false => Frame::in_units(powers.map(|power| -power)),
+    }
+}
+
+/// From the middle of its own run on, where positions and velocities tell all.
+fn resumed(known: &Known) -> Vec<Case> {
+    let case = &known.state.case;
+    let middle = known.run.iter().find(|moment| moment.step == STOPPED);
+    let Some(middle) = middle.filter(|_| !known.remembers) else {
+        return Vec::new();
+    };
+    let later = case.moments.iter().filter(|step| **step >= STOPPED);
+    vec![Case {
+        bodies: middle.bodies.clone(),
+        punch: middle.punch,
+        moments: later.map(|step| step - STOPPED).collect(),
+        ..case.clone()
+    }]
+}
+
+/// How far the copy is, m: no power of two.
+fn far(known: &Known) -> f64 {
+    FAR[usize::from(!known.resolution.is_double())] * reach(&known.state.case.bodies)
+}
+
+fn columns(bodies: &mut Bodies) -> [&mut Vec<f64>; 8] {
+    let Bodies {
+        x,
+        z,
+        vx,
+        vz,
+        radius,
+        mass,
+        spin,
+        inertia,
+    } = bodies;
+    [x, z, vx, vz, radius, mass, spin, inertia]
+}
+
+/// With a copy of its grains far away, between copies of its upright walls.
+fn doubled(known: &Known) -> Vec<Case> {
+    let mut both = known.state.case.clone();
+    if both.punch.is_some() {
+        return Vec::new();
+    }
+    let copy = Frame::shifted(far(known)).case(&both);
+    let mut copied = copy.bodies;
+    for (all, more) in columns(&mut both.bodies)
+        .into_iter()
+        .zip(columns(&mut copied))
+    {
+        all.append(more);
+    }
+    let upright = |wall: &Wall| wall.axis == Axis::X;
+    let walls = copy.model.walls.into_iter().filter(upright);
+    both.model.walls.extend(walls);
+    vec![both]
+}
+
+/// The bed and its copy, each as if it had been alone.
+fn one_by_one(known: &Known, runs: Vec<Run>) -> Vec<Run> {
+    let case = &known.state.case;
+    let (grains, walls) = (case.bodies.len(), case.model.walls.len());
+    let is_upright = |wall: &usize| case.model.walls[*wall].axis == Axis::X;
+    let upright: Vec<usize> = (0..walls).filter(is_upright).collect();
+    let frames = [Frame::HERE, Frame::shifted(far(known))];
+    let mut alone = Vec::new();
+    for (which, frame) in frames.iter().enumerate() {
+        let first = which * grains;
+        let part = |moment: &Snapshot| {
+            let mut part = moment.clone();
+            for column in columns(&mut part.bodies) {
+                *column = column.iter().skip(first).take(grains).copied().collect();
+            }
+            let here = first..first + grains;
+            part.contacts
+                .retain(|contact| here.contains(&(contact.id2 as usize)));
+            for contact in &mut part.contacts {
+                contact.id2 -= first as u32;
+                let one = contact.id1 as usize;
+                contact.id1 = match one.checked_sub(2 * grains) {
+                    None => one.saturating_sub(first),
+                    Some(wall) if wall < walls => grains + wall,
+                    Some(copy) => grains + upright.get(copy - walls).unwrap_or(&walls),
+                } as u32;
+            }
+            frame.told_here(&part)
+        };
+        alone.extend(runs.iter().map(|run| run.iter().map(part).collect()));
+    }
+    alone
+}
+
+/// Without damping, looked at after these steps.
+fn undamped(known: &Known, moments: Vec<u64>) -> Case {
+    let mut case = known.at(moments);
+    case.model.alpha = 0.0;
+    case
+}
+
+/// One grain on another on the floor, a little beside where they would stand still, under a weight that keeps them together; a step is
+/// divided by so much.
+fn stack(known: &Known, divided: u64) -> Case {
+    let mut case = undamped(known, COMPARED.map(|step| step * divided).to_vec());
+    let (model, all) = (&mut case.model, &known.state.case.bodies);
+    let (r, m) = (&all.radius, &all.mass);
+    let stiffness = model.law.modulus * r[0];
+    let gravity = PRESSED * r[0] * stiffness / (m[0] + m[1]);
+    let pressed = 1.3 * PRESSED * r[0];
+    let above = 1.3 * m[1] * gravity / model.law.normal_stiffness(r[0], r[1]);
+    let mut two = Bodies::default();
+    two.push([0.0, r[0] - pressed], [0.0; 2], r[0], m[0]);
+    let lean = 0.1 * r[0];
+    let height = (r[0] + r[1] - above).powi(2) - lean * lean;
+    two.push([lean, two.z[0] + height.sqrt()], [0.0; 2], r[1], m[1]);
+    if all.rotate() {
+        two.spin = vec![0.0; 2];
+        two.inertia = all.inertia[..2].to_vec();
+    }
+    model.gravity = [0.0, -gravity];
+    model.dt /= divided as f64;
+    model.walls = vec![Wall {
+        axis: Axis::Z,
+        place: 0.0,
+    }];
+    case.bodies = two;
+    case
+}
+
+/// How much closer the second pair of runs is than the first.
+fn converges(runs: &[Run], resolution: Resolution) -> Held {
+    let pairs = |moment: &Snapshot| -> Vec<(u32, u32)> {
+        let contacts = moment.contacts.iter();
+        contacts.map(|contact| (contact.id1, contact.id2)).collect()
+    };
+    let together = pairs(&runs[0][0]);
+    let parted = |moment: &Snapshot| pairs(moment) != together;
+    if together.len() != 2 || runs.iter().flatten().any(parted) {
+        return Held::Open("the grains do not stay together".to_owned());
+    }
+    let apart = |one: &Run, two: &Run| {
+        let moments = one.iter().zip(two);
+        let places = moments.flat_map(|(a, b)| {
+            let across = a.bodies.x.iter().zip(&b.bodies.x);
+            across.chain(a.bodies.z.iter().zip(&b.bodies.z))
+        });
+        places.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()))
+    };
+    let apart: Vec<f64> = runs.windows(2).map(|two| apart(&two[0], &two[1])).collect();
+    if apart.iter().any(|apart| !apart.is_finite()) {
+        return Held::Breaks("places are no numbers".to_owned());
+    }
+    let (extent, _) = largest(&runs[0]);
+    let rounding = 1.0e3 * (resolution.position * extent).max(resolution.overlap);
+    if apart.iter().any(|apart| *apart < rounding) {
+        return Held::Open("rounding hides what a time step changes".to_owned());
+    }
+    let orders = [0, 1].map(|at| (apart[at] / apart[at + 1]).log2());
+    let most = orders[0].max(orders[1]);
+    if orders[1] >= CONVERGES {
+        return Held::Holds(format!("the error falls with order {:.2}", orders[1]));
+    }
+    if most > DOES_NOT {
+        return Held::Open("something begins in between, such as sliding".to_owned());
+    }
+    let said = format!(
+        "places change by {:.1e}, {:.1e} and {:.1e} m as the step is halved three times: at best order {most:.2}, and at least 1 is expected",
+        apart[0], apart[1], apart[2]
+    );
+    Held::Breaks(said)
+}
+
+/// How large a force is rounding, N, on each grain: of the velocity that tells it, of the place that makes it, and of the sum.
+fn rounding(moment: &Snapshot, dt: f64, resolution: Resolution) -> Vec<f64> {
+    let bodies = &moment.bodies;
+    let speeds = bodies.vx.iter().chain(&bodies.vz);
+    let fastest = speeds.fold(0.0f64, |most, speed| most.max(speed.abs()));
+    let length = (resolution.position * reach(bodies)).max(resolution.overlap);
+    let of_grain =
+        |mass: &f64| mass * (resolution.velocity * fastest / dt + 0.25 * length / (dt * dt));
+    let mut all: Vec<f64> = bodies.mass.iter().map(of_grain).collect();
+    for contact in &moment.contacts {
+        let force = contact.normal_force.hypot(contact.tangential_force);
+        for id in [contact.id1, contact.id2] {
+            if let Some(of_grain) = all.get_mut(id as usize) {
+                *of_grain += resolution.velocity.max(resolution.position) * force;
+            }
+        }
+    }
+    all.iter().map(|force| ROUNDINGS * force).collect()
+}
+
+/// m Δv against Δt times forces and weight: the work of all forces is then the kinetic energy that is gained, too.
+fn account(case: &Case, run: &Run, resolution: Resolution) -> Held {
+    let (dt, gravity) = (case.model.dt, case.model.gravity);
+    let mut worst = (0.0, String::new());
+    for pair in run.windows(2) {
+        let (now, next) = (&pair[0], &pair[1]);
+        let mass = &now.bodies.mass;
+        let mut forces: Vec<[f64; 2]> = mass.iter().map(|m| gravity.map(|g| m * g)).collect();
+        for contact in &now.contacts {
+            for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
+                if let Some(force) = forces.get_mut(id as usize) {
+                    let more = contact.force();
+                    *force = [force[0] + sign * more[0], force[1] + sign * more[1]];
+                }
+            }
+        }
+        for (id, least) in rounding(now, dt, resolution).into_iter().enumerate() {
+            let gained = [
+                next.bodies.vx[id] - now.bodies.vx[id],
+                next.bodies.vz[id] - now.bodies.vz[id],
+            ];
+            let shown = gained.map(|gained| mass[id] * gained / dt);
+            let told = forces[id];
+            let off = (shown[0] - told[0]).hypot(shown[1] - told[1]) / least;
+            let off = if off.is_nan() { f64::INFINITY } else { off };
+            if off > worst.0 {
+                let said = format!(
+                    "in step {} grain {id} gains what a force of ({:.6e}, {:.6e}) N gives it, and table and gravity tell of ({:.6e}, {:.6e}) N",
+                    next.step, shown[0], shown[1], told[0], told[1]
+                );
+                worst = (off, said);
+            }
+        }
+    }
+    match worst.0 <= 1.0 {
+        true => Held::Holds("the written forces are those that act, to rounding".to_owned()),
+        false => Held::Breaks(worst.1),
+    }
+}
+
+/// Momentum along x and z, and angular momentum about the origin, with positions at the end of the step in which velocities held.
+fn momenta(bodies: &Bodies) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for id in 0..bodies.len() {
+        let m = bodies.mass[id];
+        let (px, pz) = (m * bodies.vx[id], m * bodies.vz[id]);
+        sums[0] += px;
+        sums[1] += pz;
+        sums[2] += bodies.z[id] * px - bodies.x[id] * pz;
+        if let (Some(inertia), Some(spin)) = (bodies.inertia.get(id), bodies.spin.get(id)) {
+            sums[2] += inertia * spin;
+        }
+    }
+    sums
+}
+
+fn conserved(run: &Run, dt: f64, resolution: Resolution) -> Held {
+    const NAMES: [&str; 3] = ["momentum along x", "momentum along z", "angular momentum"];
+    let Some(start) = run.first() else {
+        return Held::Open("nothing is told".to_owned());
+    };
+    let began = momenta(&start.bodies);
+    // Grains that are kept from turning take torques up.
+    let rubs = |moment: &Snapshot| {
+        moment
+            .contacts
+            .iter()
+            .any(|contact| contact.tangential_force != 0.0)
+    };
+    let turns = start.bodies.rotate() || !run.iter().any(rubs);
+    let mut worst = (0.0, String::new());
+    for moment in &run[1..] {
+        let forces: f64 = rounding(moment, dt, resolution).iter().sum();
+        let least = forces * dt * moment.step as f64;
+        let least = [least, least, least * reach(&moment.bodies)];
+        let now = momenta(&moment.bodies);
+        for at in 0..if turns { 3 } else { 2 } {
+            let off = (now[at] - began[at]).abs() / least[at];
+            let off = if off.is_nan() { f64::INFINITY } else { off };
+            if off > worst.0 {
+                let (name, before, after) = (NAMES[at], began[at], now[at]);
+                let said = format!(
+                    "{name} is {before:.9e} at the start and {after:.9e} after {} steps (SI)",
+                    moment.step
+                );
+                worst = (off, said);
+            }
+        }
+    }
+    match worst.0 <= 1.0 {
+        true => Held::Holds("both stay what they were, to rounding".to_owned()),
+        false => Held::Breaks(worst.1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::starts::{Bed, DISPERSION};
+    use grains::variant::{Form, Variant, run};
+
+    type Error = Box<dyn std::error::Error>;
+
+    /// The relations that an engine breaks.
+    fn broken(of: &dyn Fn(&Case) -> Run) -> Vec<&'static str> {
+        let mut engine = |cases: &[&Case]| -> Result<Vec<Answer>, Error> {
+            Ok(cases.iter().map(|case| Ok(of(case))).collect())
+        };
+        let states = Bed::new(GRAINS, DISPERSION).expect("a bed").states();
+        let itself = Itself::new(states, Depth::All, None, &|_| None, &mut engine).expect("runs");
+        let mut broken = Vec::new();
+        for relation in &RELATIONS {
+            match relation.held(&itself, &mut engine).expect("runs") {
+                Held::Breaks(_) => broken.push(relation.key),
+                Held::Holds(_) => {}
+                Held::Open(why) => panic!("{}: {why}", relation.key),
+            }
+        }
+        broken
+    }
+
+    #[test]
+    fn the_native_engine_agrees_with_itself() {
+        let native = |case: &Case| grains::native::run_case(case, None).expect("a run");
+        assert_eq!(broken(&native), [""; 0]);
+    }
+
+    #[test]
+    fn an_engine_whose_second_grain_turns_the_wrong_way_does_not() {
+        let wrong = Variant::of(Form::TorqueSign);
+        let found = broken(&|case| run(case, &wrong));
+        assert!(found.contains(&"conserved"), "{found:?}");
+    }
+}
