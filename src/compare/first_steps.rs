@@ -14,7 +14,7 @@ use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, REPLICAS};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 use verdict::invariance;
-use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
+use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
 use verdict::starts::{Bed, State};
 
 /// An engine that refuses a bed is asked for one of so many grains.
@@ -212,6 +212,7 @@ fn touched(judgement: &Judgement) -> String {
 fn check(state: &OfStart, id: &str) -> Check {
     let (outcome, found) = match (&state.skipped, state.verdict) {
         (Some(why), Verdict::Different) => (Outcome::Fail, why.clone()),
+        (Some(why), _) if why == OTHER_MOMENTS => (Outcome::Skipped, why.clone()),
         (Some(why), _) => (Outcome::Skipped, format!("the engine refused: {why}")),
         (None, Verdict::Different) => (Outcome::Fail, state.in_words()),
         (None, _) => (Outcome::Pass, state.in_words()),
@@ -263,7 +264,7 @@ fn in_a_sentence(cause: &Cause) -> String {
 pub fn answer(judgement: &Judgement) -> String {
     let later = match judgement.verdict() {
         Verdict::Identical | Verdict::EqualToRounding => format!(
-            " What begins after step {STEPS_OF_EXCERPT} of a job, or in larger beds, would not have been seen."
+            " What begins after step {STEPS_OF_EXCERPT} of a job, or in larger beds, would not have been seen here."
         ),
         _ => String::new(),
     };

@@ -79,6 +79,9 @@ const LONGEST_OF_GRAIN: u64 = 1 << 12;
 /// The longest line that can end a stage or refuse a job, bytes.
 const LONGEST_WORD: usize = 1 << 16;
 
+/// A height that is given back is the same within this share, also in single precision and in other units.
+const SAME_START: f64 = 1.0e-5;
+
 /// The moments of a job, which are checked against the start that the engine was given.
 struct Moments<'a> {
     folder: &'a Path,
@@ -87,6 +90,8 @@ struct Moments<'a> {
     bodies: &'a Bodies,
     ids: BodyIds,
     half_extents: [f64; 2],
+    /// Where the punch's bottom was when loading began, if that was told, m.
+    started: Option<f64>,
     dt: f64,
     /// `tables.bin`: the tables of all moments as numbers, read from the front.
     numbers: Option<BufReader<File>>,
@@ -102,6 +107,7 @@ pub fn scene(
     let start = &task.start.bodies;
     let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
     let mut moments = Moments::of(work, "", &Model::of(scene), start, half_extents);
+    moments.started = task.start.punch.map(|punch| punch.start);
     let list = moments.list()?.map_err(ProgramError::Refused)?;
     let mut stages: Vec<StageReport> = Vec::new();
     let mut settled = None;
@@ -174,6 +180,7 @@ fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>> {
     let name = format!("case {}: ", case.name);
     let half_extents = case.punch.map_or([0.0; 2], |punch| punch.half_extents);
     let mut moments = Moments::of(folder, &name, &case.model, &case.bodies, half_extents);
+    moments.started = case.punch.map(|punch| punch.start);
     let list = match moments.list()? {
         Ok(list) => list,
         Err(reason) => return Ok(Err(reason)),
@@ -336,6 +343,7 @@ impl<'a> Moments<'a> {
                 walls: model.walls.len() as u32,
             },
             half_extents,
+            started: None,
             dt: model.dt,
             numbers: None,
         }
@@ -423,6 +431,12 @@ impl<'a> Moments<'a> {
         let numbers = [x, z, punch.start, punch.velocity, punch.force];
         let finite = numbers.iter().all(|value| value.is_finite());
         ensure(finite, || format!("{at}: the punch is not finite"))?;
+        let given = self.started.unwrap_or(punch.start);
+        let near = SAME_START * (given.abs() + self.half_extents[1]);
+        ensure((punch.start - given).abs() <= near, || {
+            let start = punch.start;
+            format!("{at}: punch.start is {start:e} m, and the job says {given:e} m")
+        })?;
         Ok(Punch {
             centre: punch.centre,
             half_extents: self.half_extents,

@@ -779,6 +779,9 @@ impl Reference {
         if self.has(Form::HistoryReset) {
             return [0.0; 2];
         }
+        if normal == [nx, nz] {
+            return shear;
+        }
         let rule = self.rules().spring_turn;
         if rule == SpringTurn::NotTurned {
             return shear;

@@ -133,6 +133,25 @@ impl Excerpt {
         loading.after_force = AfterForce::StandStill { seconds: 40.0 * dt };
         loading.give_up_depth = MOST_STEPS as f64 * loading.speed * dt;
         self.task.until = Until::EndOfLoading;
+        self.ends_for_sure()
+    }
+
+    /// None where rounding decides in which step it ends.
+    fn ends_for_sure(self) -> Result<Option<Self>, NativeError> {
+        let steps = |noise| -> Result<Vec<u64>, NativeError> {
+            let moments = self.native(noise)?;
+            Ok(moments.iter().map(|moment| moment.step).collect())
+        };
+        let own = steps(None)?;
+        let noise = Resolution::COARSE_DOUBLE.noise();
+        let ends = in_parallel(envelope::replicas(noise), |replica| {
+            steps(Some(envelope::of_replica(noise, replica)))
+        });
+        for other in ends {
+            if other? != own {
+                return Ok(None);
+            }
+        }
         Ok(Some(self))
     }
 
@@ -144,11 +163,12 @@ impl Excerpt {
         from: Start,
     ) -> Result<(Self, Vec<Snapshot>), NativeError> {
         let mut excerpt = Excerpt::new(start, key, scene, from);
-        (excerpt.task.start.step, excerpt.task.start.seen) = (0, Seen::default());
-        excerpt.task.until = Until::Step(STEPS_OF_EXCERPT);
+        let first = excerpt.task.start.step;
+        excerpt.task.start.seen = Seen::default();
+        excerpt.task.until = Until::Step(first + STEPS_OF_EXCERPT);
         let moments = excerpt.native(None)?;
         excerpt.scene.settle.check_every = EXCERPT_EVERY;
-        excerpt.scene.settle.max_steps = MOST_STEPS;
+        excerpt.scene.settle.max_steps = first + MOST_STEPS;
         excerpt.task.until = Until::EndOfSettling;
         Ok((excerpt, moments))
     }
@@ -222,12 +242,12 @@ impl Excerpt {
     /// Pouring that ends by its most steps before the rule holds: nothing is loaded then.
     pub fn to_most_steps(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
         let mut excerpt = Excerpt::new(start, key, scene, from);
-        (excerpt.task.start.step, excerpt.task.start.seen) = (0, Seen::default());
+        excerpt.task.start.seen = Seen::default();
         excerpt.task.until = Until::EndOfLoading;
         let settle = &mut excerpt.scene.settle;
         settle.kinetic_energy_fraction = 1.0e-12;
         settle.check_every = 2 * EXCERPT_EVERY;
-        settle.max_steps = STEPS_OF_EXCERPT / 2;
+        settle.max_steps = excerpt.task.start.step + STEPS_OF_EXCERPT / 2;
         excerpt
     }
 

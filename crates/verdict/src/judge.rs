@@ -231,7 +231,7 @@ fn radii(case: &Case) -> f64 {
 /// Where a constant could be wrong by more than this share unseen, nothing agrees.
 const LARGEST_LIMIT: f64 = 1.0e-3;
 
-pub(crate) const OTHER_MOMENTS: &str = "it wrote other moments than were asked for";
+pub const OTHER_MOMENTS: &str = "it wrote other moments than were asked for";
 
 pub(crate) fn verdict(
     farthest: &Option<Farthest>,

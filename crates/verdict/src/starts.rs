@@ -226,6 +226,8 @@ const STABLE: f64 = 0.2;
 const FASTEST: f64 = 8.0;
 /// A grain beside the punch stands so much higher than those below it, over its radius, that a punch that does not see it starts lower.
 const HIGHER: f64 = 1.0e-3;
+/// Steps of pouring before it is taken up, no multiple of those between looks.
+const TAKEN_UP_AFTER: u64 = 1013;
 /// Steps of loading before a punch that stands still is looked at.
 const STANDS_AFTER: u64 = 1000;
 /// Whether a corner of the punch touches a grain is looked at every so many steps.
@@ -376,13 +378,17 @@ impl Bed {
             smooth,
             pouring,
         ));
-        let (name, rising) = ("pouring until its rule holds", self.rising.clone().into());
-        excerpts.extend(Excerpt::until_settled(
-            name,
-            "excerpt-settled",
-            smooth,
-            rising,
-        )?);
+        let mut rising: grains::task::Start = self.rising.clone().into();
+        let (name, key) = ("pouring until its rule holds", "excerpt-settled");
+        excerpts.extend(Excerpt::until_settled(name, key, smooth, rising.clone())?);
+        // Rules look at multiples of all steps of the stage, not of those since a job began.
+        rising.step = TAKEN_UP_AFTER;
+        let name = "pouring that is taken up, until its most steps";
+        let key = "excerpt-most-steps-taken-up";
+        excerpts.push(Excerpt::to_most_steps(name, key, smooth, rising.clone()));
+        let name = "pouring that is taken up, until its rule holds";
+        let key = "excerpt-settled-taken-up";
+        excerpts.extend(Excerpt::until_settled(name, key, smooth, rising)?);
         let (name, key) = ("loading to its end", "excerpt-to-end");
         excerpts.extend(Excerpt::to_end(name, key, smooth, rest.clone())?);
         let pressed = self
@@ -409,6 +415,10 @@ impl Bed {
             scene.loading.after_force = AfterForce::StandStill { seconds };
             let (name, key) = ("a punch that stands still", "excerpt-standing");
             excerpts.push(Excerpt::new(name, key, &scene, from));
+        }
+        if let Some(scene) = under_the_highest_top(smooth, &rest.bodies) {
+            let name = "loading of a bed whose highest centre is not its highest top";
+            excerpts.push(Excerpt::new(name, "excerpt-top", &scene, rest.clone()));
         }
         can_turn(&rough, &mut rest.bodies);
         if let Some(mut scene) = at_its_corner(&rough, &rest.bodies) {
@@ -581,6 +591,29 @@ fn at_its_corner(scene: &Scene, bed: &Bodies) -> Option<Scene> {
         bottom > highest + HIGHER * scene.particles.mean_diameter
     });
     beside.next()
+}
+
+/// The scene with a punch as wide that the highest top below it is not that of the highest centre. None where no width is.
+fn under_the_highest_top(scene: &Scene, bed: &Bodies) -> Option<Scene> {
+    let axis = scene.punch_axis();
+    let widths = (1..=100).rev().map(|percent| {
+        let mut scene = scene.clone();
+        scene.loading.half_width *= f64::from(percent) / 50.0;
+        scene
+    });
+    let mut apart = widths.filter(|scene| {
+        let half_width = scene.loading.half_width;
+        let below =
+            (0..bed.len()).filter(|id| (bed.x[*id] - axis).abs() < half_width + bed.radius[*id]);
+        let top = |id: usize| bed.z[id] + bed.radius[id];
+        let highest = below.clone().max_by(|a, b| top(*a).total_cmp(&top(*b)));
+        let centre = below.max_by(|a, b| bed.z[*a].total_cmp(&bed.z[*b]));
+        let least = HIGHER * scene.particles.mean_diameter;
+        highest
+            .zip(centre)
+            .is_some_and(|(a, b)| top(a) > top(b) + least)
+    });
+    apart.next()
 }
 
 /// One of these.
