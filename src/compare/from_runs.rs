@@ -15,8 +15,8 @@ use grains::measure::HistoryRow;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise, first_contact_punch};
 use grains::scene::Scene;
-use grains::tables::{Bodies, Contact, Punch, Stage, StopReason};
-use grains::task::{Case, Seen, Start, Task};
+use grains::tables::{Bodies, Contact, Punch, Snapshot, Stage, StopReason};
+use grains::task::{Case, Observer, Seen, Start, Task};
 use verdict::contacts;
 use verdict::envelope::{Resolution, of_replica};
 use verdict::excerpt::Excerpt;
@@ -451,12 +451,14 @@ impl Replicas {
                     let why = format!("{stage} {step}: {name} {off}");
                     // Where runs begin to part, some part by far more than others.
                     let away = (value - mean(&all)).abs();
-                    if !(away <= ON_THE_WAY * widest[row.stage as usize][index]) {
+                    let little = 10.0 * PARTING * (1.0 + mean(&all).abs());
+                    let parts = self.begin_to_part() && away <= little;
+                    if !(parts || away <= ON_THE_WAY * widest[row.stage as usize][index]) {
                         return (Some(Outside { why, open: None }), count);
                     }
                     open = open.or(Some(Outside {
                         why,
-                        open: Some("native runs part by as much later on"),
+                        open: Some("native runs begin to part there"),
                     }));
                 }
             }
@@ -488,7 +490,7 @@ impl Replicas {
             let open = vary.then_some("native runs do not end in one step either");
             return (Some(Outside { why, open }), 0);
         }
-        if let Some(why) = against_rules(run) {
+        if let Some(why) = against_rules(run).or_else(|| self.too_early(run)) {
             return (Some(Outside { why, open: None }), 0);
         }
         let of_runs: Vec<_> = self.runs.iter().map(RunFolder::quantities).collect();
@@ -561,6 +563,30 @@ fn row_like<'a>(run: &'a RunFolder, at: usize, row: &HistoryRow) -> Option<&'a H
 }
 
 impl Replicas {
+    /// That it settled before the rule held by the largest energy of a native run at its looks, where rounding does not move that.
+    fn too_early(&self, run: &RunFolder) -> Option<String> {
+        let settled = run.settled.as_ref()?;
+        let rows = |run: &RunFolder| {
+            let rows = run.history.iter().filter(|row| row.stage == Stage::Settle);
+            rows.fold(0.0, |most: f64, row| most.max(row.kinetic_energy))
+        };
+        let peaks: Vec<f64> = self.runs.iter().map(rows).chain([rows(run)]).collect();
+        let largest = peaks.iter().copied().fold(0.0, f64::max);
+        if peaks.iter().any(|peak| largest - peak > PARTING * largest) {
+            return None;
+        }
+        let mut scene = run.scene.clone();
+        scene.measurement.history_every = scene.settle.check_every;
+        let mut looks = Looks(0.0);
+        let task = Task::settle(start_of(run));
+        native::run(&scene, &task, &native::Options::default(), &mut looks).ok()?;
+        let left = settled.bodies.kinetic_energy();
+        let most = scene.settle.kinetic_energy_fraction * looks.0.max(start_of(run).seen.energy);
+        (left > most * (1.0 + 2.0 * PARTING)).then(|| {
+            format!("it settled with {left:e} J left, and by the largest energy of a native run the rule holds at {most:e} J at most")
+        })
+    }
+
     /// Whether at the end they are farther apart than rounding, and not yet as far as runs get: then some part by far more than others.
     fn begin_to_part(&self) -> bool {
         let [first, others @ ..] = &self.runs[..] else {
@@ -575,6 +601,17 @@ impl Replicas {
         });
         let farthest = apart.fold(0.0, f64::max);
         (ROUNDING..PARTED).contains(&farthest)
+    }
+}
+
+/// The largest kinetic energy at a look of the rule of settling, J.
+struct Looks(f64);
+
+impl Observer for Looks {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        if snapshot.step > 0 {
+            self.0 = self.0.max(snapshot.bodies.kinetic_energy());
+        }
     }
 }
 
