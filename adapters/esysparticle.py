@@ -27,7 +27,7 @@ APPROXIMATIONS = [
     "in a bed of more than 20 radii the spring of two grains has the mean of both stiffnesses, E·(R1 + R2)/2, not both in series",
     "local damping goes by the sign of the velocity before the kick, not of that halfway through it, and spares what is at rest",
 ]
-FORMS = [{"damping_velocity": 0.0}, "arithmetic_mean"]
+RULES = {"damping_velocity": "before"}
 # As the program has it, which multiplies the stiffness of a wall by it and the radius.
 PI = 3.141592654
 # The most radii whose pairs have a spring each.
@@ -194,7 +194,7 @@ def description():
     ask = "from esys.lsm.util import InstallInfo; print(InstallInfo.version)"
     said = subprocess.run(["/usr/bin/python3", "-c", ask], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True, text=True)
     version = said.stdout.strip()
-    return {"name": "ESyS-Particle", "version": version, "parts": PARTS, "approximations": APPROXIMATIONS, "forms": FORMS}
+    return {"protocol": 2, "name": "ESyS-Particle", "version": version, "parts": PARTS, "approximations": APPROXIMATIONS, "rules": RULES}
 
 
 def run_scene(job):

@@ -85,7 +85,7 @@ def serve(description, run_scene, run_case, time_steps=None):
     """Answer `describe` and `run FOLDER`; the first two functions take a job and return the steps that they did, the third
     one takes a job of kind `timing` and returns what belongs into done.json."""
     if sys.argv[1:] == ["describe"]:
-        print(json.dumps(dict(description(), protocol=PROTOCOL)))
+        print(json.dumps({"protocol": PROTOCOL, **description()}))
         return
     if len(sys.argv) != 3 or sys.argv[1] != "run":
         sys.exit("usage: %s describe | run FOLDER" % sys.argv[0])

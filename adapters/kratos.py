@@ -20,6 +20,7 @@ PARTS = ["normal_spring", "local_damping", "gravity", "walls", "punch", "stop_ru
 APPROXIMATIONS = [
     "local damping goes by the sign of the velocity before the kick, not of that halfway through it, and spares what is at rest"
 ]
+RULES = {"damping_velocity": "before"}
 # How far walls reach beyond the grains, over the largest radius.
 BEYOND = 40.0
 
@@ -252,7 +253,7 @@ def description():
     from importlib.metadata import version
 
     program()
-    return {"name": "Kratos DEM", "version": version("KratosDEMApplication"), "parts": PARTS, "approximations": APPROXIMATIONS, "forms": [{"damping_velocity": 0.0}]}
+    return {"protocol": 2, "name": "Kratos DEM", "version": version("KratosDEMApplication"), "parts": PARTS, "approximations": APPROXIMATIONS, "rules": RULES}
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ use first_steps::Beds;
 use from_runs::Replicas;
 use grains::measure::Quantity;
 use grains::native;
+use grains::rules::{Choice, Rules};
 use verdict::envelope::Resolution;
 use verdict::judge::{Judgement, Verdict};
 
@@ -286,6 +287,7 @@ pub fn compare_as(
     } else {
         expect_rounding(a, b, locator, &mut comparison);
     }
+    declared_rules(a, b, &mut comparison);
     quantities(a, b, &mut comparison);
     comparison
 }
@@ -303,6 +305,23 @@ fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
     comparison.holds("same-start", of_a == of_b, &found);
     let (of_a, of_b) = (a.record.protocol, b.record.protocol);
     comparison.holds(PROTOCOL, of_a == of_b, &format!("{of_a} and {of_b}"));
+}
+
+/// Engines that declare other rules than each other are different, however right each is under its own.
+fn declared_rules(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
+    let rules = [a, b].map(|run| run.record.engine.rules().over(run.scene.rules));
+    if rules.iter().all(Rules::are_usual) {
+        return;
+    }
+    let [of_a, of_b] = rules.map(|rules| {
+        let rules = rules.unusual().map(Choice::name).collect::<Vec<_>>();
+        match rules.is_empty() {
+            true => "the model's own".to_owned(),
+            false => rules.join(", "),
+        }
+    });
+    let found = format!("A's rules: {of_a}; B's: {of_b}");
+    comparison.holds("same-rules", rules[0] == rules[1], &found);
 }
 
 fn expect_bits(

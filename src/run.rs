@@ -76,7 +76,7 @@ fn followed(
         },
         interrupted: None,
         // The native engine would go on from itself, or from a fault that was asked for.
-        continuing: (engine.native().is_none()).then(|| Continuing::new(scene)),
+        continuing: (engine.native().is_none()).then(|| Continuing::new(scene, engine.rules())),
     };
     let run = engine.run(scene, task, work, &mut recorder);
     let run = match (run, recorder.interrupted, engine.native()) {
@@ -202,7 +202,7 @@ struct Recorder<'a> {
     progress: &'a mut dyn FnMut(Stage, u64, f64),
     steps: Option<u64>,
     interrupted: Option<Outcome>,
-    continuing: Option<Continuing<'a>>,
+    continuing: Option<Continuing>,
 }
 
 impl Observer for Recorder<'_> {

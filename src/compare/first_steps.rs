@@ -273,6 +273,26 @@ pub fn answer(judgement: &Judgement) -> String {
 
 /// The same of the states alone.
 pub fn from_states(judgement: &Judgement) -> String {
+    let declared = judgement.declared.iter();
+    let rules = declared.map(|declared| {
+        format!(
+            "{} (moves a grain by {:.1e} R in a hundred steps)",
+            declared.rule, declared.moves
+        )
+    });
+    let rules: Vec<String> = rules.collect();
+    let said = said_of_states(judgement);
+    match rules.is_empty() {
+        true => said,
+        false => format!(
+            "{} It is judged by rules that it declares otherwise than the model: {}.",
+            said,
+            rules.join(", ")
+        ),
+    }
+}
+
+fn said_of_states(judgement: &Judgement) -> String {
     let precision = judgement.resolution.name();
     let seen = seen(&judgement.limits);
     let unseen = match judgement.unseen.is_empty() {

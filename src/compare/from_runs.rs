@@ -179,7 +179,7 @@ pub fn contact_tables(
     let states = settled.chain([("the last state", stage, &run.last, punch)]);
     let mut decided = (Outcome::Pass, "they follow from the grains".to_owned());
     for (name, stage, moment, punch) in states {
-        let case = case_of(&run.scene, name, stage, &moment.bodies, punch);
+        let case = case_of(&scene_of(run), name, stage, &moment.bodies, punch);
         let places = moment.bodies.x.iter().chain(&moment.bodies.z);
         let extent = places.fold(0.0, |most: f64, coordinate| most.max(coordinate.abs()));
         let wrong = |resolution: Resolution| {
@@ -277,6 +277,13 @@ pub fn states_of(scene: &Scene) -> Result<Reference, EngineError> {
     Ok(states(&run, &run)?)
 }
 
+/// The scene as the run's engine computes it, by the rules that it declares.
+fn scene_of(run: &RunFolder) -> Scene {
+    let mut scene = run.scene.clone();
+    scene.rules = run.record.engine.rules().over(scene.rules);
+    scene
+}
+
 /// What a run began with.
 fn start_of(run: &RunFolder) -> Start {
     let softened = run.record.softened.as_ref();
@@ -338,7 +345,7 @@ impl Replicas {
             let work = work_folder().map_err(|error| error.to_string())?;
             let (protocol, start) = (run.record.protocol, start_of(run));
             recorded(
-                &run.scene,
+                &scene_of(run),
                 &engine,
                 protocol,
                 start,
@@ -575,7 +582,7 @@ impl Replicas {
         if peaks.iter().any(|peak| largest - peak > PARTING * largest) {
             return None;
         }
-        let mut scene = run.scene.clone();
+        let mut scene = scene_of(run);
         scene.measurement.history_every = scene.settle.check_every;
         let mut looks = Looks(0.0);
         let task = Task::settle(start_of(run));

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Description;
 use grains::native::Fault;
+use grains::rules::Rules;
 
 /// What a run says of its engine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,6 +46,14 @@ impl EngineRecord {
         match self {
             EngineRecord::Exec { described, .. } => &described.approximations,
             EngineRecord::Native { .. } | EngineRecord::Yade { .. } => &[],
+        }
+    }
+
+    /// Rules that the engine says it has, whatever the model says.
+    pub fn rules(&self) -> Rules {
+        match self {
+            EngineRecord::Exec { described, .. } => described.rules,
+            EngineRecord::Native { .. } | EngineRecord::Yade { .. } => Rules::default(),
         }
     }
 

@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 
+use grains::rules::Rules;
 use grains::scene::Scene;
 use grains::tables::{Snapshot, Stage};
 use grains::task::Until;
@@ -63,8 +64,9 @@ const FOLLOWED: u64 = 20_000_000;
 const LARGEST: usize = 100_000;
 
 /// Watches a run.
-pub struct Continuing<'a> {
-    scene: &'a Scene,
+pub struct Continuing {
+    /// With the rules that the engine declares.
+    scene: Scene,
     last: VecDeque<Snapshot>,
     /// Of this stage.
     moments: usize,
@@ -76,8 +78,10 @@ pub struct Continuing<'a> {
     followed: u64,
 }
 
-impl<'a> Continuing<'a> {
-    pub fn new(scene: &'a Scene) -> Self {
+impl Continuing {
+    pub fn new(scene: &Scene, rules: Rules) -> Self {
+        let mut scene = scene.clone();
+        scene.rules = rules.over(scene.rules);
         Continuing {
             scene,
             last: VecDeque::new(),
@@ -181,7 +185,7 @@ impl<'a> Continuing<'a> {
         if first.stage != Stage::Settle || last - first.step > 2 * MOST_BETWEEN {
             return None;
         }
-        let mut excerpt = Excerpt::of_moments(self.scene, first, last).ok()?;
+        let mut excerpt = Excerpt::of_moments(&self.scene, first, last).ok()?;
         let every = self.scene.settle.check_every;
         excerpt.scene.measurement.history_every = every;
         let looks = excerpt.native(None).ok()?.into_iter();
@@ -218,7 +222,7 @@ impl<'a> Continuing<'a> {
         self.followed += (to - from) * first.bodies.len() as u64;
         let speed = |snapshot: &Snapshot| snapshot.punch.map(|punch| punch.velocity);
         let stops = stage == Stage::Load && speed(first) != speed(last);
-        let Ok(mut excerpt) = Excerpt::of_moments(self.scene, first, to) else {
+        let Ok(mut excerpt) = Excerpt::of_moments(&self.scene, first, to) else {
             return;
         };
         // Where it stops is for its rule to say.

@@ -14,7 +14,6 @@ use crate::engine::named::Named;
 use crate::engine::{ProgramError, yade};
 use crate::files::work_folder;
 use crate::run::EngineError;
-use verdict::causes::Cause;
 use verdict::envelope::FACTOR;
 use verdict::judge::{Judgement, Verdict};
 use verdict::starts::DISPERSION;
@@ -43,12 +42,6 @@ fn dispersion(engine: &Named) -> f64 {
         true => 0.0,
         false => DISPERSION,
     }
-}
-
-/// How it is known to differ, as the beginning of the sentence that says so.
-fn known_difference(engine: &Named) -> Option<&'static str> {
-    let so = [Adapter::ESYS_PARTICLE, Adapter::KRATOS].map(Named::Adapter);
-    (so.contains(engine)).then_some("the sign in the damping is that of a·(v + 0·Δt·a)")
 }
 
 #[derive(Debug, Clone)]
@@ -82,8 +75,6 @@ pub struct Row {
     pub dispersion: f64,
     /// Where it stands on the ladder; undecided if it is not installed.
     pub verdict: Verdict,
-    /// It differs as it is known to, and in nothing else.
-    pub as_known: bool,
     pub not_installed: Option<String>,
     pub found: Option<Conformance>,
 }
@@ -114,18 +105,15 @@ pub fn table(
             Err(error) => return Err(error),
         };
         let label = |conformance: &Conformance| conformance.engine.label();
-        let mut row = Row {
+        let row = Row {
             key: key.to_owned(),
             name: found.as_ref().map_or(name(candidate).to_owned(), label),
             dispersion,
             verdict: (found.as_ref()).map_or(Verdict::Undecided, Conformance::verdict),
-            as_known: false,
             not_installed,
             found,
         };
-        let known = known_difference(candidate);
-        row.as_known = known.is_some_and(|known| row.differs_only_so(known));
-        let check = row.check(known.is_some());
+        let check = row.check();
         made.checks.push(match row.not_installed {
             Some(_) if options.installed => check,
             _ => check.required(),
@@ -190,31 +178,33 @@ impl Row {
         lacks
     }
 
-    fn differs_only_so(&self, known: &str) -> bool {
-        let causes = self
+    fn words(&self) -> String {
+        let declares = self
             .judgement()
-            .map_or(&[][..], |judgement| &judgement.causes);
-        let so = |cause: &Cause| cause.explained && cause.sentence().starts_with(known);
-        self.verdict == Verdict::Different && !causes.is_empty() && causes.iter().all(so)
-    }
-
-    fn words(&self) -> &'static str {
-        match (&self.not_installed, self.as_known) {
-            (Some(_), _) => "not installed",
-            (_, true) => "different as known",
-            _ => self.verdict.in_words(),
+            .is_some_and(|judgement| !judgement.declared.is_empty());
+        match (&self.not_installed, declares) {
+            (Some(_), _) => "not installed".to_owned(),
+            (_, true) => format!("{} under its own rules", self.verdict.in_words()),
+            _ => self.verdict.in_words().to_owned(),
         }
     }
 
-    /// Passed where it is the model's engine; expected to fail where it is known how it differs.
-    fn check(&self, is_known_to_differ: bool) -> Check {
-        let outcome = match (&self.not_installed, is_known_to_differ) {
-            (Some(_), _) => Outcome::Skipped,
-            // Nothing was held against it.
-            _ if self.verdict == Verdict::ConsistentWithItself => Outcome::Skipped,
-            (_, false) => self.verdict.into(),
-            _ if self.as_known => Outcome::ExpectedFailure,
-            _ => Outcome::Fail,
+    /// Rules that it has otherwise than the model, and how far they move a grain.
+    fn rules(&self) -> String {
+        let declared = self
+            .judgement()
+            .map_or(&[][..], |judgement| &judgement.declared);
+        let rules = declared
+            .iter()
+            .map(|declared| format!("{}: {:.1e} R", declared.rule, declared.moves));
+        rules.collect::<Vec<_>>().join("; ")
+    }
+
+    /// Passed where it is the model's engine, under the rules that it declares.
+    fn check(&self) -> Check {
+        let outcome = match &self.not_installed {
+            Some(_) => Outcome::Skipped,
+            None => self.verdict.into(),
         };
         let id = format!("conformance/{}", slug(&self.key));
         let quantity = format!("{}, first hundred steps from a bed", self.name);
@@ -245,6 +235,10 @@ impl ConformanceTable {
         let cannot = Table::of("cannot-express", "", &self.engines)
             .column("engine", |row: &Row| &row.name)
             .column("has no", |row| row.lacks().join(", "))
+            .column(
+                "its own rules, and what they move in a hundred steps",
+                Row::rules,
+            )
             .column("otherwise than the model", |row| {
                 let engine = row.found.as_ref().map(|conformance| &conformance.engine);
                 engine.map(|engine| engine.approximations.join("; "))
@@ -280,7 +274,7 @@ impl ConformanceTable {
     }
 
     fn answer(&self) -> String {
-        let mut counted: Vec<(&str, usize)> = Vec::new();
+        let mut counted: Vec<(String, usize)> = Vec::new();
         for words in self.engines.iter().map(Row::words) {
             match counted.iter_mut().find(|(known, _)| *known == words) {
                 Some((_, count)) => *count += 1,
