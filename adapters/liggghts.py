@@ -32,9 +32,9 @@ def script(job, classes, folder):
     for index, wall in enumerate(job.model["walls"]):
         axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
         lines.append("fix wall_%d all wall/gran %s primitive type %d %splane %s" % (index, MODEL, types, axis, place))
-    lines += granular.motion(job)
+    # The program takes it before its first step only, and a job may begin at a later one.
     lines += ["compute pushing all pair/gran/local id force"]
-    return lines
+    return lines + granular.motion(job)
 
 
 def timing(job, classes, folder, k):

@@ -527,13 +527,9 @@ fn shifted(known: &Known) -> Frame {
     Frame::shifted(0.37 * reach(&known.state.case.bodies))
 }
 
-/// Shorter metres in half of the states, longer ones in the others.
-fn units(known: &Known) -> Frame {
-    let powers = [12, -7, 5];
-    match known.state.case.punch.is_some() || known.state.law.contains("other") {
-        true => Frame::in_units(powers),
-        false => Frame::in_units(powers.map(|power| -power)),
-    }
+/// Shorter metres: an engine that counts from a corner of its own rounds what is small there.
+fn units(_: &Known) -> Frame {
+    Frame::in_units([12, -7, 5])
 }
 
 /// From the middle of its own run on, where positions and velocities tell all.
