@@ -11,7 +11,7 @@ use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
 use super::{flag, with_options};
 use crate::checks::record::{self, Found};
-use crate::compare::first_steps::Beds;
+use crate::compare::first_steps::{Beds, sentence};
 use crate::compare::from_runs::states_of;
 use crate::document::Section;
 use crate::engine::named::Named;
@@ -24,6 +24,7 @@ use crate::report::packing::grains_left;
 use crate::run::folder::read_scene;
 use crate::suite::conformance::{Conformance, conformance, table};
 use crate::workers::asked_to_end;
+use grains::rules::CATALOGUE;
 use verdict::starts::DISPERSION;
 
 #[derive(Debug, Subcommand)]
@@ -33,12 +34,15 @@ pub enum Verb {
     Check(Arguments),
     /// The conformance table: engines before one judge, with what each cannot express
     Table(TableArguments),
+    /// The rules in which codes differ that compute one law, with the alternatives of each, as Markdown
+    #[command(after_help = "Example:\n  crossgrain engine rules")]
+    Rules,
 }
 
 #[derive(Debug, Args)]
 #[command(
     after_help = "Without --dispersion LAMMPS, LIGGGHTS and ESyS-Particle get a bed of one radius, for their adapters have a stiffness for each radius \
-    and only so many of them.\n\nExit codes: 0 all are identical, equal to rounding or differ as they are known to; 1 one differs otherwise; 3 undecided, \
+    and only so many of them.\n\nExit codes: 0 all are identical or equal to rounding under the rules that they declare; 1 one differs; 3 undecided, \
     or one is not installed.\n\nExamples:\n  crossgrain engine table\n  crossgrain engine table --installed --out conformance\n  crossgrain engine table \
     lammps exec:./mine"
 )]
@@ -120,8 +124,36 @@ impl Verb {
         match self {
             Verb::Check(arguments) => arguments.execute(),
             Verb::Table(arguments) => arguments.execute(),
+            Verb::Rules => {
+                print!("{}", rules());
+                Ok(0)
+            }
         }
     }
+}
+
+/// The catalogue of rules as a page of Markdown, `docs/rules.md`.
+pub fn rules() -> String {
+    let mut page = "# Rules\n\nConventions in which codes differ that compute one law. The first alternative of each is this program's. A scene sets others in \
+                    `rules`, an engine declares those that it has in its description. Made by `crossgrain engine rules`.\n"
+        .to_owned();
+    for rule in CATALOGUE {
+        page += &format!(
+            "\n## {}\n\n{}.\n\n| alternative | what is computed | which code |\n|---|---|---|\n",
+            rule.key,
+            sentence(rule.about)
+        );
+        for alternative in rule.alternatives {
+            let codes = if alternative.codes.is_empty() {
+                "–"
+            } else {
+                alternative.codes
+            };
+            let formula = alternative.formula.replace('|', "\\|");
+            page += &format!("| `{}` | {formula} | {codes} |\n", alternative.key);
+        }
+    }
+    page
 }
 
 impl Arguments {

@@ -167,9 +167,10 @@ fn a_run_under_other_rules_is_the_step_written_out_and_goes_on_where_it_ended() 
 fn an_engine_is_judged_by_the_rules_that_it_declares_and_one_declared_wrongly_is_named() {
     let mut source = Source::new(b"crossgrain: rules that are drawn", 2);
     let mut unnamed = Vec::new();
+    let small = Reference::new(100, DISPERSION, &mut |_| ()).expect("a bed");
     for _ in 0..2 {
         let rules = drawn_rules(&mut source);
-        let reference = REFERENCE.under(rules);
+        let reference = small.under(rules);
         let judged = |computed: Rules| {
             let mut engine = |cases: &[&Case]| -> Result<Vec<Answer>, NativeError> {
                 let run = |at: usize| -> Answer {
