@@ -61,6 +61,7 @@ pages! {
     hardening: "docs/hardening.md",
     how_to: "docs/how-to.md",
     reference: "docs/reference.md",
+    rules: "docs/rules.md",
     run_folder: "docs/run-folder.md",
     sensitivity: "docs/sensitivity.md",
     stability: "docs/stability.md",

@@ -535,7 +535,7 @@ impl Replicas {
             if let Some(why) = outside(quantity.value, &all, AT_END, floor) {
                 off.push(format!("{key} {why}"));
                 let share = (quantity.value - mean(&all)).abs() / mean(&all).abs();
-                far |= !(share <= PARTING);
+                far |= share > PARTING || share.is_nan();
             }
         }
         type OfRun = fn(&RunFolder) -> Option<f64>;

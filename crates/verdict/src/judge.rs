@@ -18,7 +18,7 @@ use crate::causes::{Cause, causes};
 use crate::envelope::{self, Envelope, Farthest, Resolution};
 use crate::excerpt::Excerpt;
 use crate::exercise::{self, Count};
-use crate::starts::{Bed, State};
+use crate::starts::{Bed, LARGE_STATE, State};
 
 /// What an engine is, compared with the native one; the first that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -424,6 +424,15 @@ impl Reference {
         for (((index, _), state), answer) in states.into_iter().zip(&judged_states).zip(of_cases) {
             let mut judged = OfStart::new(&state.law, &state.start, &state.key);
             match answer {
+                // So many grains are more than some engines are for.
+                Err(_) if state.key == LARGE_STATE => {
+                    judgement.not_asked.push(NotAsked {
+                        law: state.law.clone(),
+                        start: state.start.clone(),
+                        lacking: format!("beds of {} grains", state.case.bodies.len()),
+                    });
+                    continue;
+                }
                 // Nothing need be known of it.
                 Err(reason) => judged.skipped = Some(reason),
                 Ok(theirs) => {

@@ -205,6 +205,8 @@ pub struct Bed {
     rising: Bodies,
 }
 
+/// The key of the largest state.
+pub const LARGE_STATE: &str = "springs-large";
 /// Grains of the largest state, about.
 const LARGE: usize = 5400;
 /// Grains of the paper's scene.
@@ -500,7 +502,7 @@ impl Bed {
             },
             law: LawKind::Springs.name().to_owned(),
             start: name,
-            key: "springs-large".to_owned(),
+            key: LARGE_STATE.to_owned(),
             probed: false,
             drawn: true,
             faster: copies as f64,
