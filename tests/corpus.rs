@@ -126,7 +126,7 @@ fn is_named(of: &Judgement, cause: &str, factor: Option<f64>) -> bool {
         "friction-of-lammps" => &[
             "spring_turn = keeps_length",
             "slip = unstretched",
-            "torque_arms_at_walls = whole_radius",
+            "torque_arms_at_walls = whole_radii",
         ],
         "coulomb-components" => &["each component of the tangential force"],
         "coulomb-missing" => &["the tangential force is not limited"],

@@ -94,7 +94,8 @@ impl Continuing {
     }
 
     pub fn moment(&mut self, snapshot: &Snapshot) {
-        if snapshot.bodies.len() > LARGEST {
+        let rises = |last: &Snapshot| last.stage != snapshot.stage || last.step < snapshot.step;
+        if snapshot.bodies.len() > LARGEST || !self.last.back().is_none_or(rises) {
             return;
         }
         if self
@@ -203,7 +204,7 @@ impl Continuing {
         let is_long = |snapshots: &[Snapshot]| {
             let steps = [snapshots.first(), snapshots.last()]
                 .map(|end| end.map_or(0, |snapshot| snapshot.step));
-            steps[1] - steps[0] > LONGEST
+            steps[1].saturating_sub(steps[0]) > LONGEST
         };
         let before = self.last.len().saturating_sub(moments);
         let mut moments: Vec<Snapshot> = self.last.iter().skip(before).cloned().collect();
@@ -219,7 +220,7 @@ impl Continuing {
             return;
         };
         let (stage, from, to) = (first.stage, first.step, last.step);
-        self.followed += (to - from) * first.bodies.len() as u64;
+        self.followed += to.saturating_sub(from) * first.bodies.len() as u64;
         let speed = |snapshot: &Snapshot| snapshot.punch.map(|punch| punch.velocity);
         let stops = stage == Stage::Load && speed(first) != speed(last);
         let Ok(mut excerpt) = Excerpt::of_moments(&self.scene, first, to) else {

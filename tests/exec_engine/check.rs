@@ -122,7 +122,7 @@ fn engine_check_says_what_is_wrong() {
 #[test]
 fn the_verdict_on_tables_that_cannot_be_read_has_the_reason() {
     let folder = &folder_with(&narrow_scene(0.05));
-    let toy = changed_toy("sorted(rows)", "sorted(rows, reverse=len(rows) > 60)");
+    let toy = changed_toy("sorted(rows)", "sorted(rows, reverse=len(rows) > 150)");
     let engine = engine(folder, "unsorted.py", &toy);
     let (out, _) = ends(folder, 1, &["engine", "check", &engine, "--quiet"]);
     let mut lines = out.lines();

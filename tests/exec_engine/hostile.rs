@@ -31,7 +31,7 @@ def cell(row, column, value):
 
 /// A name, what it says of itself or does, what is said of it, and the exit code.
 const HOSTILE: &str = r#"
-    speaks another protocol ⇒ SAY = lambda: describe(protocol=2) ⇒ speaks version 2 of the protocol ⇒ 4
+    speaks another protocol ⇒ SAY = lambda: describe(protocol=3) ⇒ speaks version 3 of the protocol ⇒ 4
     speaks a protocol of the far future ⇒ SAY = lambda: describe(protocol=99999999999) ⇒ speaks version 99999999999 ⇒ 4
     has a part that nobody knows ⇒ SAY = lambda: describe(parts=['normal_spring', 'magic']) ⇒ magic ⇒ 4
     has no parts ⇒ SAY = lambda: describe(parts=[]) ⇒ no normal_spring ⇒ 4

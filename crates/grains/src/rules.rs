@@ -169,7 +169,7 @@ rules! {
         AsPairs "as_pairs": "as between grains", "YADE";
         HalfOverlap "half_overlap": "R − u/2", "YADE's facets";
         ContactPoint "contact_point": "R − u", "LIGGGHTS";
-        WholeRadius "whole_radius": "R", "LAMMPS";
+        WholeRadius "whole_radii": "R", "LAMMPS";
     }
     spring_turn: SpringTurn, Friction,
         "how the tangential spring turns with the normal" {

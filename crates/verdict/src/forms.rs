@@ -76,8 +76,15 @@ pub fn other_rules(case: &Case) -> impl Iterator<Item = Choice> {
         Needs::RestitutionAndWalls => restitution && has_flat,
     };
     let rules = law.resolved(model.rules);
+    // At walls and punch what two grains have already is no other rule.
+    let is_of_pairs = move |choice: &Choice| {
+        let pairs = choice.rule().key.strip_suffix("_at_walls");
+        let of_pairs = pairs.and_then(|pairs| Choice::of(pairs, choice.alternative().key));
+        of_pairs.is_some_and(|of_pairs| of_pairs.is_in(&rules))
+    };
     Choice::all().filter(move |choice| {
-        holds(choice.rule().needs) && !choice.is_in(&rules) && !choice.is_models()
+        let other = !choice.is_in(&rules) && !choice.is_models() && !is_of_pairs(choice);
+        holds(choice.rule().needs) && other
     })
 }
 

@@ -431,7 +431,7 @@ fn several_forms_under_one_law_are_named_together() {
     let forms = [
         rule("slip", "unstretched"),
         rule("spring_turn", "keeps_length"),
-        rule("torque_arms_at_walls", "whole_radius"),
+        rule("torque_arms_at_walls", "whole_radii"),
     ];
     let of = of_variant(&Variant {
         forms: forms.to_vec(),
