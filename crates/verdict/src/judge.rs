@@ -296,8 +296,8 @@ impl Answered<'_> {
 impl Native {
     fn new(state: &State, resolution: Resolution) -> Result<Self, NativeError> {
         let mut noise = resolution.noise();
-        if !resolution.is_double() {
-            // The error of a coarse number is a share of it.
+        if !resolution.is_double() || state.key == LARGE_STATE {
+            // The error of a coarse number is a share of it, and that of a place grows with the bed.
             noise.overlap *= state.faster;
         }
         let envelope = Envelope::new(&state.case, noise)?;
