@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MOST 2000
+#define MOST 20000
 #define WALLS 16
 
 typedef struct { double x[2], v[2], radius, mass, force[2]; } Grain;

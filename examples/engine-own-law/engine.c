@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MOST 2000
+#define MOST 20000
 #define WALLS 16
 #define CELLS 64
 #define COHESION 2e-5
