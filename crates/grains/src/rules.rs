@@ -137,7 +137,7 @@ rules! {
     wall_stiffness: WallStiffness, Walls,
         "the stiffness at walls and punch; overlaps there are other ones" {
         AsGrain "as_grain": "k_n = E·R: a wall is a grain of the same radius", "YADE";
-        Rigid "rigid": "k_n = 2E·R: a wall does not give way", "LAMMPS, LIGGGHTS";
+        Rigid "rigid": "k_n = 2E·R: a wall does not give way", "";
     }
     wall_mass: WallMass, RestitutionAndWalls,
         "the effective mass at walls and punch; restitution there is another one than was asked for" {
