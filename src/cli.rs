@@ -224,7 +224,7 @@ mod tests {
     }
 
     /// Verbs that judge nothing: they make, show or keep something.
-    const NO_JUDGES: [&str; 23] = [
+    const NO_JUDGES: [&str; 24] = [
         "scene paper",
         "scene check",
         "scene model",
@@ -241,6 +241,7 @@ mod tests {
         "study slurm",
         "study figures",
         "paper continuum",
+        "engine rules",
         "report explain",
         "report baseline save",
         "report baseline list",
