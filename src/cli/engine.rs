@@ -11,12 +11,13 @@ use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
 use super::{flag, with_options};
 use crate::checks::record::{self, Found};
-use crate::compare::first_steps::{Beds, sentence};
+use crate::compare::first_steps::{Beds, identified, identify, sentence};
 use crate::compare::from_runs::states_of;
 use crate::document::Section;
+use crate::engine::Description;
 use crate::engine::named::Named;
 use crate::error::Error;
-use crate::files::Place;
+use crate::files::{Place, work_folder};
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report;
@@ -24,7 +25,8 @@ use crate::report::packing::grains_left;
 use crate::run::folder::read_scene;
 use crate::suite::conformance::{Conformance, conformance, table};
 use crate::workers::asked_to_end;
-use grains::rules::CATALOGUE;
+use grains::rules::{CATALOGUE, Rules};
+use verdict::judge::Judgement;
 use verdict::starts::DISPERSION;
 
 #[derive(Debug, Subcommand)]
@@ -34,6 +36,8 @@ pub enum Verb {
     Check(Arguments),
     /// The conformance table: engines before one judge, with what each cannot express
     Table(TableArguments),
+    /// Find the rules that an engine computes with, whatever it declares
+    Identify(IdentifyArguments),
     /// The rules in which codes differ that compute one law, with the alternatives of each, as Markdown
     #[command(after_help = "Example:\n  crossgrain engine rules")]
     Rules,
@@ -96,6 +100,30 @@ pub struct Arguments {
     yade: YadeArguments,
 }
 
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes: 0 identical or equal to rounding under the rules that were found; 1 different under any; 3 undecided; 4 the engine \
+    failed.\n\nExamples:\n  crossgrain engine identify exec:./mine\n  crossgrain engine identify lammps --dispersion 0"
+)]
+pub struct IdentifyArguments {
+    /// yade-sorted, yade-ordinary, lammps, liggghts, esysparticle, kratos, toy or exec:PATH
+    #[arg(value_parser = judged)]
+    engine: Named,
+    /// Grains of the bed whose first steps are looked at
+    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(50..=100_000))]
+    grains: u32,
+    /// How much the radii of the bed differ, as a share of their mean; 0 for an engine that has one radius
+    #[arg(long, default_value_t = DISPERSION, value_parser = dispersion)]
+    dispersion: f64,
+    #[command(flatten)]
+    results: Results,
+    #[command(flatten)]
+    output: Output,
+    #[command(flatten)]
+    limits: YadeLimits,
+}
+
+const IDENTIFIED: &str = "identified.json";
 const CHECK: &str = "check.json";
 const TABLE: &str = "conformance.json";
 
@@ -124,6 +152,7 @@ impl Verb {
         match self {
             Verb::Check(arguments) => arguments.execute(),
             Verb::Table(arguments) => arguments.execute(),
+            Verb::Identify(arguments) => arguments.execute(),
             Verb::Rules => {
                 print!("{}", rules());
                 Ok(0)
@@ -226,6 +255,58 @@ impl Arguments {
         document.sections.extend(more.chain([made]));
         self.output.views.tell("engine check", &text, &document)?;
         self.results.write(&document, &[(CHECK, &text)])?;
+        Ok(document.exit_code())
+    }
+}
+
+/// The record of what was identified beside what all records have.
+#[derive(Serialize)]
+struct OfRules<'a> {
+    crossgrain: &'static str,
+    command: String,
+    engine: &'a Description,
+    rules: Rules,
+    also: Vec<String>,
+    unasked: &'a [&'static str],
+    first_steps: &'a Judgement,
+}
+
+impl IdentifyArguments {
+    fn execute(self) -> Result<u8, Error> {
+        self.results.check(IDENTIFIED)?;
+        let display = Display::new(self.output.quiet);
+        let task = display.task("engine identify");
+        let mut progress = |name: &str| task.share(0.0, name);
+        let folder = work_folder()?;
+        let engine = self.engine.engine(&self.limits.options(), folder.path())?;
+        let described = engine.describe()?;
+        let found = identify(engine.as_ref(), self.grains, self.dispersion, &mut progress)?;
+        task.done("done");
+        if asked_to_end() {
+            return Err(Error::Interrupted);
+        }
+        let (key, grains, dispersion) = (self.engine.key(), self.grains, self.dispersion);
+        let own = OfRules {
+            crossgrain: VERSION,
+            command: format!(
+                "crossgrain engine identify {key} --grains {grains} --dispersion {dispersion}"
+            ),
+            engine: &described,
+            rules: found.rules,
+            also: found.also.iter().map(|choice| choice.name()).collect(),
+            unasked: &found.unasked,
+            first_steps: &found.judgement,
+        };
+        let document = identified(&described, &found);
+        let checks = Found {
+            checks: document.checks.clone(),
+            ..Found::default()
+        };
+        let (text, _) = record::write("engine identify", &own, Machine::this().kind(), checks)?;
+        self.output
+            .views
+            .tell("engine identify", &text, &document)?;
+        self.results.write(&document, &[(IDENTIFIED, &text)])?;
         Ok(document.exit_code())
     }
 }

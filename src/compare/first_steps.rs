@@ -3,16 +3,18 @@
 use std::sync::OnceLock;
 
 use crate::checks::{Check, Outcome};
-use crate::document::{Section, Table};
-use crate::engine::{Engine, EngineError, ProgramError};
+use crate::document::{Document, Section, Table};
+use crate::engine::{Description, Engine, EngineError, ProgramError};
 use crate::files::work_folder;
 use grains::native::NativeError;
+use grains::rules::{CATALOGUE, Choice, Rule};
 use grains::tables::Snapshot;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, REPLICAS};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
+use verdict::identify::Identified;
 use verdict::invariance;
 use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
 use verdict::starts::{Bed, State};
@@ -104,6 +106,93 @@ pub fn first_steps(
         return Ok(found);
     }
     from(small, SMALL)
+}
+
+/// Which rules an engine computes with, whatever it declares; from a small bed if it refuses so many grains.
+pub fn identify(
+    engine: &dyn Engine,
+    grains: u32,
+    dispersion: f64,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Identified, EngineError> {
+    let mut run = |cases: &[&Case]| {
+        let work = work_folder().map_err(ProgramError::File)?;
+        engine.run_cases(cases, work.path())
+    };
+    let lacks = |case: &Case| engine.lacks_for(case);
+    let mut from = |grains| -> Result<Identified, EngineError> {
+        let reference = Reference::new(grains, dispersion, progress)?;
+        reference.identify(engine.forms(), &lacks, &mut run, progress)
+    };
+    let found = from(grains)?;
+    let mut starts = found.judgement.starts.iter();
+    match grains > SMALL && starts.all(|start| start.skipped.is_some()) {
+        true => from(SMALL),
+        false => Ok(found),
+    }
+}
+
+/// What was found, for people: the rules with what was not told apart, and what is said of the first steps under them.
+pub fn identified(engine: &Description, found: &Identified) -> Document {
+    let judgement = &found.judgement;
+    let verdict = judgement.verdict();
+    let names = |choices: &mut dyn Iterator<Item = Choice>| {
+        let names: Vec<String> = choices.map(Choice::name).collect();
+        names.join(", ")
+    };
+    let unusual = names(&mut found.rules.unusual());
+    let mut said = match unusual.is_empty() {
+        true => "all rules are this program's own.".to_owned(),
+        false => format!("found from its steps: {unusual}; all others are this program's own."),
+    };
+    if !found.also.is_empty() {
+        said += &format!(
+            " As well explained: {}.",
+            names(&mut found.also.iter().copied())
+        );
+    }
+    let declared = engine.rules;
+    if !declared.are_usual() {
+        let is_other =
+            |choice: &Choice| !choice.is_in(&found.rules) && !found.also.contains(choice);
+        let others = names(&mut declared.choices().filter(is_other));
+        said += &match others.is_empty() {
+            true => " It declares the same.".to_owned(),
+            false => format!(" It declares otherwise: {others}."),
+        };
+    }
+    if !found.unasked.is_empty() {
+        let unasked = found.unasked.join(", ");
+        said += &format!(" Of {unasked} no state that it has the parts for says anything.");
+    }
+    let rows = CATALOGUE
+        .iter()
+        .filter(|rule| !found.unasked.contains(&rule.key));
+    let of_rule = |rule: &Rule, choices: &mut dyn Iterator<Item = Choice>| {
+        let of_rule = choices.filter(|choice| choice.rule().key == rule.key);
+        let keys: Vec<&str> = of_rule.map(|choice| choice.alternative().key).collect();
+        keys.join(", ")
+    };
+    let table = Table::of("rules", "", rows)
+        .column("rule", |rule: &Rule| rule.key)
+        .column("found", |rule| of_rule(rule, &mut found.rules.choices()))
+        .column("or", |rule| of_rule(rule, &mut found.also.iter().copied()))
+        .column("declared", |rule| of_rule(rule, &mut declared.choices()));
+    let rules = serde_json::to_string(&found.rules).expect("rules are JSON");
+    let about = format!("For a description: `\"rules\": {rules}`.");
+    let mut all = vec![Section::new("Its rules", &about).with(Table::from(table))];
+    all.extend(sections(judgement));
+    Document {
+        title: format!("Rules of {}", engine.label()),
+        verdict: verdict.into(),
+        answer: format!(
+            "{} {}",
+            with_verdict(verdict, &said),
+            sentence(&from_states(judgement))
+        ),
+        sections: all,
+        checks: checks(judgement, "engine/first-steps"),
+    }
 }
 
 /// Judges the engine against what is known of a bed.

@@ -82,6 +82,11 @@ const SETTLED: f64 = 1.0e-6;
 /// A direction that changes the data by less than this share of the largest cannot be told.
 const TOLD: f64 = 1.0e-9;
 
+/// Numbers that are off by so many times what cannot be told are rounding, in the first steps.
+const ROUNDING: f64 = 100.0;
+/// How much a contact counts that one of two runs has not: as much as the worst number.
+const NOT_THERE: f64 = 27.0;
+
 const KINDS_OF_A_CASE: usize = 80;
 
 /// What of a run is fitted: a number for each grain and component, in m/s, and which kind it is of.
@@ -347,6 +352,19 @@ impl<'a> Search<'a> {
     /// How badly a variant fits, the less the better.
     pub fn misfit(&self, variant: &Variant) -> f64 {
         self.late.misfit(self.observed, variant)
+    }
+
+    /// How much of what was answered a variant leaves unexplained: Σ ln(r/s) over the numbers that are off by more than s, so many
+    /// times what cannot be told. Zero where rounding is left alone.
+    pub fn unexplained(&self, variant: &Variant) -> f64 {
+        let own = self.late.of(self.observed, variant);
+        let residuals = self.late.theirs.iter().zip(&own);
+        let rounding = ROUNDING * self.late.noise;
+        let over = residuals.map(|(their, own)| match (their - own).abs() {
+            residual if residual.is_finite() => (residual / rounding).max(1.0).ln(),
+            _ => NOT_THERE,
+        });
+        over.sum()
     }
 
     /// The lengths below and above which contacts of grains may be lost: those that fit best.

@@ -13,12 +13,12 @@ use grains::task::Case;
 use grains::variant::{self, Form, Variant};
 use serde::Serialize;
 
-use crate::Engine;
 use crate::causes::{Cause, causes};
 use crate::envelope::{self, Envelope, Farthest, Resolution};
 use crate::excerpt::Excerpt;
 use crate::exercise::{self, Count};
 use crate::starts::{Bed, LARGE_STATE, State};
+use crate::{Answer, Engine};
 
 /// What an engine is, compared with the native one; the first that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -262,6 +262,16 @@ pub struct Reference {
     unseen: Arc<Mutex<BTreeMap<Vec<usize>, Vec<&'static str>>>>,
 }
 
+/// What an engine made of the states that it was handed.
+#[derive(Debug, Clone)]
+pub(crate) struct Answers<'a> {
+    /// With their places among all.
+    pub states: Vec<(usize, &'a State)>,
+    pub of_states: Vec<Answer>,
+    not_asked: Vec<NotAsked>,
+    pub resolution: Resolution,
+}
+
 /// What is known of one case.
 #[derive(Debug, Clone)]
 pub(crate) struct Native {
@@ -372,6 +382,17 @@ impl Reference {
         engine: &mut Engine<'_, E>,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Judgement, E> {
+        let answers = self.ask(lacks, engine, progress)?;
+        Ok(self.judge_answers(declared, answers, progress)?)
+    }
+
+    /// Hands the states to an engine, and small changes of some that tell how coarsely it computes.
+    pub(crate) fn ask<E>(
+        &self,
+        lacks: &dyn Fn(&Case) -> Option<String>,
+        engine: &mut Engine<'_, E>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Answers<'_>, E> {
         let (mut states, mut not_asked) = (Vec::new(), Vec::new());
         for (index, state) in self.states.iter().enumerate() {
             match lacks(&state.case) {
@@ -390,6 +411,34 @@ impl Reference {
         progress("the engine runs");
         let asked: Vec<&Case> = probes.iter().flatten().chain(cases).collect();
         let mut of_cases = engine(&asked)?;
+        let mut resolution = Resolution::DOUBLE;
+        for (case, probes) in probed.iter().zip(&probes) {
+            let rest = of_cases.split_off(probes.len().min(of_cases.len()));
+            let answers = std::mem::replace(&mut of_cases, rest);
+            let measured = Resolution::measured(case, &answers);
+            resolution = measured.map_or(resolution, |measured| resolution.coarser(measured));
+        }
+        Ok(Answers {
+            states,
+            of_states: of_cases,
+            not_asked,
+            resolution,
+        })
+    }
+
+    /// Judges what an engine answered.
+    pub(crate) fn judge_answers(
+        &self,
+        declared: &[Form],
+        answers: Answers<'_>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Judgement, NativeError> {
+        let Answers {
+            states,
+            of_states,
+            not_asked,
+            resolution,
+        } = answers;
         let mut judgement = Judgement {
             grains: states
                 .first()
@@ -398,7 +447,7 @@ impl Reference {
                 .iter()
                 .map(|(_, state)| radii(&state.case))
                 .fold(1.0, f64::max),
-            resolution: Resolution::DOUBLE,
+            resolution,
             extent: 0.0,
             starts: Vec::new(),
             not_asked,
@@ -412,16 +461,9 @@ impl Reference {
             .iter()
             .map(|(_, state)| state.under(self.rules))
             .collect();
-        let mut resolution = Resolution::DOUBLE;
-        for (case, probes) in probed.iter().zip(&probes) {
-            let rest = of_cases.split_off(probes.len().min(of_cases.len()));
-            let answers = std::mem::replace(&mut of_cases, rest);
-            let measured = Resolution::measured(case, &answers);
-            resolution = measured.map_or(resolution, |measured| resolution.coarser(measured));
-        }
         let mut all = Vec::with_capacity(states.len());
         let mut looked_at = Vec::new();
-        for (((index, _), state), answer) in states.into_iter().zip(&judged_states).zip(of_cases) {
+        for (((index, _), state), answer) in states.into_iter().zip(&judged_states).zip(of_states) {
             let mut judged = OfStart::new(&state.law, &state.start, &state.key);
             match answer {
                 // So many grains are more than some engines are for.
@@ -468,7 +510,6 @@ impl Reference {
         }
         judgement.declared = self.declared(&all);
         judgement.limits = limits(&all);
-        judgement.resolution = resolution;
         judgement.counts = exercise::counts(all.iter().map(Answered::run));
         if judgement.of_states() != Verdict::Different {
             progress("what would not have been seen");

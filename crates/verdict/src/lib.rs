@@ -14,6 +14,7 @@
 //! | what do the states exercise, and what not? | [`exercise`] |
 //! | which constants are wrong? | [`constants`] |
 //! | which term has another form? | [`forms`] |
+//! | which rules does it compute with, if it does not say? | [`identify`] |
 //! | does it agree with itself, whatever its law is? | [`invariance`] |
 //! | all of it in order | [`judge`] |
 //!
@@ -47,6 +48,7 @@ pub mod excerpt;
 pub mod exercise;
 pub mod forms;
 pub mod frame;
+pub mod identify;
 pub mod invariance;
 pub mod judge;
 pub mod starts;

@@ -172,14 +172,7 @@ fn an_engine_is_judged_by_the_rules_that_it_declares_and_one_declared_wrongly_is
         let rules = drawn_rules(&mut source);
         let reference = small.under(rules);
         let judged = |computed: Rules| {
-            let mut engine = |cases: &[&Case]| -> Result<Vec<Answer>, NativeError> {
-                let run = |at: usize| -> Answer {
-                    let mut case = cases[at].clone();
-                    case.model.rules = computed;
-                    Ok(variant::run(&case, &Variant::default()))
-                };
-                Ok(in_parallel(cases.len(), run))
-            };
+            let mut engine = computing(computed, Variant::default());
             let judged = reference.judge(&[], &|_| None, &mut engine, &mut |_| ());
             judged.unwrap_or_else(|_| panic!("the native engine failed"))
         };
@@ -212,6 +205,44 @@ fn an_engine_is_judged_by_the_rules_that_it_declares_and_one_declared_wrongly_is
         }
     }
     assert!(unnamed.is_empty(), "{unnamed:#?}");
+}
+
+/// The reference under these rules, whatever a case asks for, as an engine.
+fn computing(
+    rules: Rules,
+    variant: Variant,
+) -> impl FnMut(&[&Case]) -> Result<Vec<Answer>, NativeError> {
+    move |cases| {
+        let run = |at: usize| -> Answer {
+            let mut case = cases[at].clone();
+            case.model.rules = rules;
+            Ok(variant::run(&case, &variant))
+        };
+        Ok(in_parallel(cases.len(), run))
+    }
+}
+
+#[test]
+fn rules_that_are_not_declared_are_found_beside_a_wrong_constant_too() {
+    let mut source = Source::new(b"crossgrain: rules that are found", 3);
+    let reference = Reference::new(100, DISPERSION, &mut |_| ()).expect("a bed");
+    let modulus = Constant::with_symbol("k_n between grains").expect("a constant");
+    for wrong in [0.0, 1.0e-2] {
+        let rules = drawn_rules(&mut source);
+        let mut engine = computing(rules, Variant::default().and(modulus, wrong));
+        let found = reference.identify(&[], &|_| None, &mut engine, &mut |_| ());
+        let found = found.unwrap_or_else(|_| panic!("the native engine failed"));
+        let said: Vec<String> = found.judgement.causes.iter().map(Cause::sentence).collect();
+        // In states that were not looked at to find them too.
+        let rules = (rules, found.rules);
+        let is_other = found.judgement.verdict() == Verdict::Different;
+        assert_eq!(is_other, wrong != 0.0, "{rules:#?} {said:?}");
+        assert!(
+            wrong == 0.0 || said[0].contains("k_n between grains × 1.01000000000"),
+            "{said:?}"
+        );
+        assert!(found.unasked.is_empty(), "{:?}", found.unasked);
+    }
 }
 
 #[test]
