@@ -162,12 +162,12 @@ fn the_recorded_combinations_are_what_is_claimed() {
         (100, 100, 100, different)
     );
     let others = if alike > 0 {
-        format!(", {alike} said to be alike")
+        format!(", {alike} alike")
     } else {
         String::new()
     };
     let said = format!(
-        "of {right} drawn sets of declared rules {right} are equal to rounding; with one wrong {named} are named{others}"
+        "of {right} drawn sets of declared rules {right} are equal to rounding; with one wrong, {named} named{others}"
     );
     has(&text_of(root("README.md")), [said.as_str()]);
 }
