@@ -224,7 +224,7 @@ mod tests {
     }
 
     /// Verbs that judge nothing: they make, show or keep something.
-    const NO_JUDGES: [&str; 24] = [
+    const NO_JUDGES: [&str; 25] = [
         "scene paper",
         "scene check",
         "scene model",
@@ -235,6 +235,7 @@ mod tests {
         "study plan tradeoff",
         "study plan search",
         "study plan candidates",
+        "study plan rules",
         "study plan stability",
         "study status",
         "study merge",

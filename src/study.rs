@@ -23,6 +23,7 @@ pub mod answer;
 pub mod campaign;
 pub mod candidates;
 pub mod claims;
+pub mod conventions;
 pub mod figures;
 pub mod folder;
 pub mod member;

@@ -92,20 +92,18 @@ fn words(pages: &[String]) -> usize {
 }
 
 #[test]
-fn the_page_of_rules_is_what_the_program_prints() {
+fn the_rules_and_the_schema_of_scenes_are_what_the_program_prints() {
     let folder = &new_folder();
-    let printed = cli(folder)
-        .args(["engine", "rules"])
-        .output()
-        .expect("the program starts");
-    let printed = String::from_utf8(printed.stdout).expect("text");
-    if std::env::var_os("CROSSGRAIN_KEEP").is_some() {
-        fs::write(root("docs/rules.md"), &printed).expect("writable");
+    for (verb, page) in [
+        ("engine rules", "docs/rules.md"),
+        ("scene schema", "docs/scene.schema.json"),
+    ] {
+        let (printed, _) = ends(folder, 0, verb);
+        if std::env::var_os("CROSSGRAIN_KEEP").is_some() {
+            fs::write(root(page), &printed).expect("writable");
+        }
+        assert!(printed == text(page), "CROSSGRAIN_KEEP=1 makes {page} anew");
     }
-    assert!(
-        printed == text("docs/rules.md"),
-        "CROSSGRAIN_KEEP=1 makes it anew"
-    );
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod architecture;
 mod scene;
 
 mod corpus;
+mod corpus_rules;
 mod generate;
 mod itself;
 

@@ -30,7 +30,9 @@ use crate::study::folder::{AnyStudy, Job, Status, StudyFolder, Summary};
 use crate::study::realization::{Engines, ending_in_words};
 use crate::study::shard::Shard;
 use crate::study::slurm;
-use crate::study::{RECORD, Study, StudyError, candidates, plan as stored, search, tradeoff};
+use crate::study::{
+    RECORD, Study, StudyError, candidates, conventions, plan as stored, search, tradeoff,
+};
 use crate::workers::{cores, unless_asked_to_end};
 use grains::scene::paper_scene;
 
@@ -143,6 +145,7 @@ pub fn open(path: &Path) -> Result<Box<dyn AnyStudy>, StudyError> {
         Campaign::KIND => of::<Campaign>(path),
         tradeoff::plan::Plan::KIND => of::<tradeoff::plan::Plan>(path),
         candidates::Plan::KIND => of::<candidates::Plan>(path),
+        conventions::Plan::KIND => of::<conventions::Plan>(path),
         search::Plan::KIND => of::<search::Plan>(path),
         Stability::KIND => of::<Stability>(path),
         _ => {

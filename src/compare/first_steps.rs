@@ -226,6 +226,10 @@ pub fn from_bed(
         match engine.lacks(&asked.scene, &asked.task) {
             _ if nobody_to_ask => {}
             Some(lacking) => found.not_asked.push(excerpt.not_asked(lacking)),
+            None if excerpt.has_no_run() => {
+                let lacking = "runs by its rules that stay in the box";
+                found.not_asked.push(excerpt.not_asked(lacking.to_owned()));
+            }
             None => {
                 let judged = match run_excerpt(engine, asked) {
                     // What is wrong with it is known, and may well end its run.

@@ -18,7 +18,7 @@ use grains::generate::initial_bodies;
 use grains::native;
 use grains::native::timing::ThreadTime;
 use grains::scene::Scene;
-use grains::tables::StopReason;
+use grains::tables::{Bodies, StopReason};
 use grains::task::Task;
 
 /// One realization of a specification.
@@ -84,6 +84,18 @@ impl FromIterator<Member> for Members {
 pub fn values(members: &[&Member], key: &str) -> Vec<f64> {
     let values = members.iter().filter_map(|member| member.measured.get(key));
     values.copied().collect()
+}
+
+/// Of a heap against the left wall, °.
+pub const ANGLE: &str = "settled.angle";
+
+/// Of the triangle in the corner whose centre of mass is the heap's.
+fn angle(bodies: &Bodies) -> f64 {
+    let moment = |places: &[f64]| -> f64 {
+        let all = bodies.mass.iter().zip(places);
+        all.map(|(mass, place)| mass * place).sum()
+    };
+    moment(&bodies.z).atan2(moment(&bodies.x)).to_degrees()
 }
 
 /// Before the name of a point on the other side of the punch.
@@ -167,6 +179,9 @@ impl Member {
         let mut measured = realization::measured(scene, run);
         if let Some(settled) = run.outcome.settled.as_ref().filter(|_| keep(LAWS)) {
             measured.extend(realization::laws(scene, settled));
+        }
+        if let Some(settled) = run.outcome.settled.as_ref().filter(|_| keep(ANGLE)) {
+            measured.insert(ANGLE.to_owned(), angle(&settled.bodies));
         }
         measured.retain(|key, _| keep(key));
         Member {

@@ -26,6 +26,10 @@
  * of gravity, of wall_place that of the mean radius; null where it depends on the scene), or a key of its own. `needs` is
  * what a scene must have to show it. differences.py checks that right ones are right and that each fault is one.
  *
+ * Which conventions it has, is chosen when it runs too, by the variable RULES, such as RULES="slip=unstretched,tension=cut"; the
+ * names are those of docs/rules.md, from which they were written. It declares them, or those in the variable DECLARED if there
+ * is one. -DVERLET knows no rules.
+ *
  * An engine that is one file and needs no environment, for exec:PATH, is a script of two lines:
  *
  *     #!/bin/sh
@@ -109,6 +113,30 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(dashpot_whole)     /* a dashpot on the tangential velocity too */                                                \
     X(dashpot_mass)      /* the mean of two masses instead of the effective mass */
 
+/* Every alternative of a rule but the first ones. */
+#define RULES                                                                                                          \
+    X(given_velocities, at_start) X(written_velocities, whole_step) X(integration, drift_kick) X(integration, taylor)  \
+    X(damping_velocity, before) X(damping_velocity, after) X(damped_gravity, spared)                                   \
+    X(damping_components, whole_power) X(damping_components, along_velocity) X(damped_spins, undamped)                 \
+    X(stiffness_mean, arithmetic) X(stiffness_mean, geometric) X(stiffness_mean, smaller) X(stiffness_mean, larger)    \
+    X(wall_stiffness, rigid) X(wall_mass, half)                                                                        \
+    X(slip, corrected) X(slip, contact_point) X(slip, unstretched)                                                     \
+    X(slip_at_walls, contact_point) X(slip_at_walls, unstretched)                                                      \
+    X(torque_arms, half_overlap) X(torque_arms, contact_point) X(torque_arms, whole_radii)                             \
+    X(torque_arms_at_walls, half_overlap) X(torque_arms_at_walls, contact_point) X(torque_arms_at_walls, whole_radii)  \
+    X(spring_turn, keeps_length) X(spring_turn, projected) X(spring_turn, not_turned) X(slip_added, before_turn)       \
+    X(spring_when_sliding, unlimited) X(spring_when_sliding, nothing)                                                  \
+    X(tangential_dashpot, within_limit) X(tangential_dashpot, beyond_limit) X(tangential_dashpot, while_sticking)      \
+    X(limit_from, spring) X(tension, cut) X(tension, not_cut) X(restitution, uncut) X(restitution, cut)                \
+    X(new_contact, whole_step) X(new_contact, since_touch) X(new_contact, nothing)
+
+typedef struct {
+#define X(rule, choice) bool rule##_##choice;
+    RULES
+#undef X
+} Rules;
+static Rules rule, declared;
+
 static struct {
 #define X(name) double name;
     FACTORS FAULTS
@@ -152,6 +180,43 @@ static void read_faults(void)
         at += strcspn(at, ",");
         at += *at == ',';
     }
+}
+
+/* Those of the variable, or these others if there is none. */
+static Rules read_rules(const char *variable, Rules others)
+{
+    Rules read = {0};
+    const struct { const char *name; bool *value; } known[] = {
+#define X(rule, choice) {#rule "=" #choice, &read.rule##_##choice},
+        RULES
+#undef X
+    };
+    const char *at = getenv(variable);
+    if (!at) return others;
+    while (*at) {
+        size_t length = strcspn(at, ","), index = 0, most = sizeof known / sizeof *known;
+        while (index < most && (strlen(known[index].name) != length || strncmp(known[index].name, at, length))) index++;
+        if (index == most) fail("no such rule: %s", at);
+        *known[index].value = true;
+        at += length;
+        at += *at == ',';
+    }
+    return read;
+}
+
+static void describe(void)
+{
+    const char *before = ", \"rules\": {";
+    bool any = false;
+#define X(rule, choice) any |= declared.rule##_##choice;
+    RULES
+#undef X
+    printf("{\"protocol\": %d, \"name\": \"corpus\", \"version\": \"1\", \"parts\": [\"normal_spring\", \"tangential_spring\", "
+           "\"rotation\", \"dashpots\", \"local_damping\", \"gravity\", \"walls\", \"punch\", \"cases\"]", any ? 2 : 1);
+#define X(rule, choice) if (declared.rule##_##choice) printf("%s\"" #rule "\": \"" #choice "\"", before), before = ", ";
+    RULES
+#undef X
+    puts(any ? "}}" : "}");
 }
 
 /* ---- JSON, trusted: a value is a place in the text ---- */
@@ -229,7 +294,7 @@ static bool first_step;
 
 static real gravity[3], alpha, dt, mean_radius, middle;
 static local modulus, stiffness_ratio, tan_phi, damping_ratio, damping_constant;
-static bool friction, turns, dashpots, clipped, corrected, half_overlap, whole_step;
+static bool friction, turns, dashpots, clipped, corrected, slips_at_point, half_overlap, whole_step;
 
 /* ---- where bodies touch ---- */
 
@@ -300,7 +365,11 @@ static bool touches_punch(Contact *of)
 
 static local in_series(local a, local b)
 {
-    switch ((int)fault.stiffness_mean) {
+    if (rule.stiffness_mean_larger) return a > b ? a : b;
+    const bool of_rules[] = {rule.stiffness_mean_arithmetic, rule.stiffness_mean_geometric, rule.stiffness_mean_smaller};
+    int mean = (int)fault.stiffness_mean;
+    for (int at = 0; at < 3; at++) if (of_rules[at]) mean = at + 1;
+    switch (mean) {
     case 1: return (a + b) / 2;
     case 2: return sqrt(a * b);
     case 3: return a < b ? a : b;
@@ -316,7 +385,7 @@ static local in_series(local a, local b)
 static local dashpot_constant(const Contact *of, local k_n)
 {
     if (damping_constant > 0) return damping_constant;
-    local mass = grains[of->second].mass[0];
+    local mass = grains[of->second].mass[0] / (of->first >= count && rule.wall_mass_half ? 2 : 1);
     if (of->first < count) {
         const local other = grains[of->first].mass[0];
         mass = fault.dashpot_mass ? (mass + other) / 2 : OVER(mass * other, mass + other);
@@ -337,6 +406,22 @@ static void cut(local shear[2], local limit)
         for (int axis = 0; axis < 2; axis++) shear[axis] *= OVER(limit, sqrt(squared));
 }
 
+/* What was remembered under the old normal, under the new one. */
+static void turn_round(const local was[2], const local old[2], const local now[2], local shear[2])
+{
+    const local nx = now[0], nz = now[1];
+    local turn = old[1] * nx - old[0] * nz;
+    if (fault.history_not_turned || rule.spring_turn_not_turned) turn = 0;
+    if (fault.history_turned_back) turn = -turn;
+    const local on_both[2] = {was[0] + was[1] * turn, was[1] - was[0] * turn};
+    const bool keeps = fault.history_length == 1 || rule.spring_turn_keeps_length;
+    const local off = was[0] * nx + was[1] * nz, on[2] = {was[0] - off * nx, was[1] - off * nz};
+    const local length = sqrt(on[0] * on[0] + on[1] * on[1]);
+    const local factor = keeps && length > 0 ? OVER(sqrt(was[0] * was[0] + was[1] * was[1]), length) : 1;
+    const bool projects = keeps || fault.history_length || rule.spring_turn_projected;
+    for (int axis = 0; axis < 2; axis++) shear[axis] = projects ? factor * on[axis] : on_both[axis];
+}
+
 /* What the contact does in this step; `old` is the same contact a step before, if it was there. */
 static void act(Contact *of, const Contact *old)
 {
@@ -345,8 +430,9 @@ static void act(Contact *of, const Contact *old)
     const local r1 = one->radius, r2 = two->radius, u = of->overlap;
     const local nx = of->normal[0], nz = of->normal[1];
     const local kind = flat ? of_punch ? fault.k_n_punch : fault.k_n_wall : fault.k_n_grain;
-    const local k_n = in_series(modulus * r1, modulus * r2) * (local)fault.k_n * kind;
-    const local k_s = in_series(modulus * stiffness_ratio * r1, modulus * stiffness_ratio * r2) * (local)fault.k_s;
+    const local rigid = flat && rule.wall_stiffness_rigid ? 2 : 1;
+    const local k_n = in_series(modulus * r1, modulus * r2) * (local)fault.k_n * kind * rigid;
+    const local k_s = in_series(modulus * stiffness_ratio * r1, modulus * stiffness_ratio * r2) * (local)fault.k_s * rigid;
 
     local velocity[2];
     for (int axis = 0; axis < 2; axis++)
@@ -358,49 +444,63 @@ static void act(Contact *of, const Contact *old)
     if (dashpots) {
         c_n = dashpot_constant(of, k_n);
         pressure -= c_n * apart;
-        if (pressure < 0 && clipped) pressure = c_n = 0;
+        if (pressure < 0 && clipped) pressure = 0;
     }
 
     /* A point of the surface is so far from the centre. */
     const local arm1 = r1 - u / 2, arm2 = of->at_wall ? r2 - u : r2 - u / 2;
+    local force[2] = {0, 0}; /* along the tangent */
     if (friction) {
-        if (old && !fault.history_reset) {
-            local turn = old->normal[1] * nx - old->normal[0] * nz;
-            if (fault.history_not_turned) turn = 0;
-            if (fault.history_turned_back) turn = -turn;
-            of->shear[0] = old->shear[0] + old->shear[1] * turn;
-            of->shear[1] = old->shear[1] - old->shear[0] * turn;
-            if (fault.history_length) {
-                const local *was = old->shear, off = was[0] * nx + was[1] * nz;
-                const local on[2] = {was[0] - off * nx, was[1] - off * nz};
-                const local length = sqrt(on[0] * on[0] + on[1] * on[1]);
-                const bool keeps = fault.history_length == 1 && length > 0;
-                const local factor = keeps ? OVER(sqrt(was[0] * was[0] + was[1] * was[1]), length) : 1;
-                for (int axis = 0; axis < 2; axis++) of->shear[axis] = factor * on[axis];
-            }
-        }
-        const bool correct = of_punch ? of->inside_punch && !dashpots : corrected;
+        const bool turns_now = old && !fault.history_reset;
+        if (turns_now && rule.slip_added_before_turn) memcpy(of->shear, old->shear, sizeof of->shear);
+        else if (turns_now) turn_round(old->shear, old->normal, of->normal, of->shear);
+        /* At the punch only what is inside it is corrected, whatever is chosen. */
+        bool correct = of_punch ? of->inside_punch && !dashpots : corrected, at_point = of_punch ? !correct : slips_at_point;
+        if (flat && rule.slip_at_walls_contact_point) correct = false, at_point = true;
+        if (flat && rule.slip_at_walls_unstretched) correct = at_point = false;
         const local stretch = correct && !fault.slip_not_stretched ? OVER(r1 + r2, r1 + r2 - u) : 1;
-        local rolling = (flat ? 0 : one->v[2] * (correct ? r1 : arm1)) + two->v[2] * (correct ? r2 : arm2);
+        local rolling = (flat ? 0 : one->v[2] * (at_point ? arm1 : r1)) + two->v[2] * (at_point ? arm2 : r2);
         if (fault.slip_without_spin) rolling = 0;
         const local relative[2] = {velocity[0] * stretch - rolling * nz, velocity[1] * stretch + rolling * nx};
         const local along = nx * relative[0] + nz * relative[1], way = -along * (local)dt;
-        const local share = old || whole_step || way <= u ? 1 : OVER(u, way);
-        of->shear[0] -= share * k_s * ((relative[0] - along * nx) * (local)dt);
-        of->shear[1] -= share * k_s * ((relative[1] - along * nz) * (local)dt);
-        cut(of->shear, fabs(fault.coulomb_spring ? spring : pressure) * tan_phi);
+        const local slip[2] = {relative[0] - along * nx, relative[1] - along * nz};
+        local share = old || whole_step || way <= u ? 1 : OVER(u, way);
+        if (!old && rule.new_contact_nothing) share = 0;
+        for (int axis = 0; axis < 2; axis++) of->shear[axis] -= share * k_s * (slip[axis] * (local)dt);
+        if (turns_now && rule.slip_added_before_turn) {
+            const local unturned[2] = {of->shear[0], of->shear[1]};
+            turn_round(unturned, old->normal, of->normal, of->shear);
+        }
+        const local limit = fabs(fault.coulomb_spring || rule.limit_from_spring ? spring : pressure) * tan_phi;
+        const bool within = rule.tangential_dashpot_within_limit;
+        const bool brakes = within || rule.tangential_dashpot_beyond_limit || rule.tangential_dashpot_while_sticking;
+        const local brake[2] = {brakes ? -c_n * slip[0] : 0, brakes ? -c_n * slip[1] : 0};
+        local uncut[2];
+        for (int axis = 0; axis < 2; axis++) force[axis] = uncut[axis] = of->shear[axis] + (within ? brake[axis] : 0);
+        cut(force, limit);
+        const bool slides = force[0] != uncut[0] || force[1] != uncut[1];
+        for (int axis = 0; axis < 2; axis++) {
+            if (slides && rule.spring_when_sliding_nothing) of->shear[axis] = 0;
+            else if (slides && !rule.spring_when_sliding_unlimited) of->shear[axis] = force[axis] - (within ? brake[axis] : 0);
+            const bool sticks = rule.tangential_dashpot_while_sticking && !slides;
+            if (rule.tangential_dashpot_beyond_limit || sticks) force[axis] += brake[axis];
+        }
     }
-    of->force[0] = pressure * nx + of->shear[0];
-    of->force[1] = pressure * nz + of->shear[1];
-    if (fault.dashpot_whole) {
+    of->force[0] = pressure * nx + force[0];
+    of->force[1] = pressure * nz + force[1];
+    if (fault.dashpot_whole && pressure != 0) {
         of->force[0] -= c_n * (velocity[0] - apart * nx);
         of->force[1] -= c_n * (velocity[1] - apart * nz);
     }
     if (turns && !(flat && fault.torque_off_flat)) {
         const local sideways = nx * of->force[1] - nz * of->force[0];
-        const bool whole_arms = fault.torque_arms == 1 || (fault.torque_arms == 2 && flat);
-        of->torques[0] = (whole_arms ? r1 : arm1) * sideways;
-        of->torques[1] = (whole_arms ? r2 : half_overlap ? r2 - u / 2 : arm2) * sideways;
+        bool whole = fault.torque_arms == 1 || (fault.torque_arms == 2 && flat) || rule.torque_arms_whole_radii;
+        bool half = half_overlap;
+        if (flat && (rule.torque_arms_at_walls_half_overlap || rule.torque_arms_at_walls_contact_point))
+            whole = false, half = rule.torque_arms_at_walls_half_overlap;
+        if (flat && rule.torque_arms_at_walls_whole_radii) whole = true;
+        of->torques[0] = (whole ? r1 : arm1) * sideways;
+        of->torques[1] = (whole ? r2 : half ? r2 - u / 2 : arm2) * sideways;
         if (fault.torque_sign) of->torques[1] *= -1;
     }
 }
@@ -546,17 +646,22 @@ static void evaluate_forces(void)
 /* Accelerations, damped. The velocities are those half a step before the forces. */
 static void accelerate(Grain *of)
 {
-    real power[3], *a = of->acceleration;
+    real power[3], judged[3], *a = of->acceleration;
+    const bool spared = fault.damping_off_gravity || rule.damped_gravity_spared;
+    const real halves = rule.damping_velocity_before ? 0 : rule.damping_velocity_after ? 2 : fault.damping_velocity;
     for (int c = 0; c < components; c++) {
         a[c] = OVER(of->force[c], of->mass[c]) + gravity[c];
-        const real judged = of->v[c] + (real)fault.damping_velocity * (dt / 2 * a[c]);
-        if (fault.damping_off_gravity) a[c] -= gravity[c];
-        power[c] = a[c] * judged;
+        judged[c] = of->v[c] + halves * (dt / 2 * a[c]);
+        if (spared) a[c] -= gravity[c];
+        power[c] = a[c] * judged[c];
     }
-    if (fault.damping_vector) power[0] = power[1] = power[0] + power[1];
+    if (fault.damping_vector || rule.damping_components_whole_power) power[0] = power[1] = power[0] + power[1];
+    const real size = alpha * sqrt(a[0] * a[0] + a[1] * a[1]), speed = sqrt(judged[0] * judged[0] + judged[1] * judged[1]);
     for (int c = 0; c < components; c++) {
-        if (!(c == 2 && fault.damping_off_spin)) a[c] *= 1 - alpha * ((power[c] > 0) - (power[c] < 0));
-        if (fault.damping_off_gravity) a[c] += gravity[c];
+        const bool undamped = c == 2 && (fault.damping_off_spin || rule.damped_spins_undamped);
+        if (c < 2 && rule.damping_components_along_velocity) a[c] -= speed > 0 ? OVER(size * judged[c], speed) : 0;
+        else if (!undamped) a[c] *= 1 - alpha * ((power[c] > 0) - (power[c] < 0));
+        if (spared) a[c] += gravity[c];
     }
 }
 
@@ -576,7 +681,7 @@ static void move_punch(void) { punch.x[1] += punch.velocity * dt; }
 static void step_once(void)
 {
     if (!fault.punch_late) move_punch();
-    const real kick = first_step ? dt * (real)fault.first_kick : dt;
+    const real kick = first_step ? dt * (real)(rule.given_velocities_at_start ? 0.5 : fault.first_kick) : dt;
     for (int id = 0; id < count; id++) {
         Grain *of = &grains[id];
         memcpy(of->old, of->x, sizeof of->old);
@@ -589,7 +694,8 @@ static void step_once(void)
         accelerate(of);
         for (int c = 0; c < components; c++) {
             const real change = kick * of->acceleration[c];
-            of->x[c] += dt * (of->v[c] + (real)fault.drift * change);
+            const real drift = rule.integration_drift_kick ? 0 : (real)fault.drift;
+            of->x[c] += dt * (of->v[c] + (rule.integration_taylor ? dt / 2 * of->acceleration[c] : drift * change));
             of->v[c] += change;
         }
 #endif
@@ -606,7 +712,7 @@ static real half_step_velocity(Grain *of, int c)
 #ifdef VERLET
     return of->v[c] - dt / 2 * of->acceleration[c];
 #else
-    if (fault.written_velocity && c < components) {
+    if ((fault.written_velocity || rule.written_velocities_whole_step) && c < components) {
         accelerate(of);
         return of->v[c] + dt / 2 * of->acceleration[c];
     }
@@ -644,11 +750,11 @@ static double clipped_restitution(double ratio)
     return exp(-ratio / root * (ratio < 1 ? acos(-1.0) - atan2(2 * ratio * root, 1 - 2 * ratio * ratio) : 2 * log(ratio + root)));
 }
 
-static double ratio_of(double restitution)
+static double ratio_of(double restitution, bool clipped_formula)
 {
     const double logarithm = -log(restitution);
     double low = logarithm / hypot(acos(-1.0), logarithm), high = low;
-    if (!clipped || restitution == 1) return low;
+    if (!clipped_formula || restitution == 1) return low;
     while (clipped_restitution(high) > restitution) high *= 2;
     for (int halving = 0; halving < 100; halving++) {
         const double middle = (low + high) / 2;
@@ -673,14 +779,20 @@ static void read_model(const char *model)
     turns = friction && is(contact, "rotation", "free");
     components = turns && !fault.spin_missing ? 3 : 2;
     corrected = is(contact, "slip_velocity", "ratcheting_corrected") != (fault.slip_other != 0);
-    half_overlap = is(contact, "torque_arms", "half_overlap");
-    whole_step = is(contact, "new_contact_slip", "whole_step") != (fault.new_contact_other != 0);
+    if (rule.slip_corrected || rule.slip_contact_point || rule.slip_unstretched) corrected = rule.slip_corrected;
+    slips_at_point = !corrected && !rule.slip_unstretched;
+    half_overlap = rule.torque_arms_half_overlap
+        || (is(contact, "torque_arms", "half_overlap") && !rule.torque_arms_contact_point && !rule.torque_arms_whole_radii);
+    whole_step = rule.new_contact_whole_step
+        || (is(contact, "new_contact_slip", "whole_step") != (fault.new_contact_other != 0) && !rule.new_contact_since_touch);
     dashpots = !is(viscosity, "kind", "none");
     damping_constant = damping_ratio = 0;
     if (dashpots) {
         clipped = is(viscosity, "tension", "clipped");
+        const bool clipped_formula = rule.restitution_cut || (clipped && !rule.restitution_uncut);
         if (is(viscosity, "kind", "dashpot")) damping_constant = number(viscosity, "c_n") * fault.c_n * TIME / MASS;
-        else damping_ratio = ratio_of(number(viscosity, "e_n"));
+        else damping_ratio = ratio_of(number(viscosity, "e_n"), clipped_formula);
+        if (rule.tension_cut || rule.tension_not_cut) clipped = rule.tension_cut;
         clipped = clipped != (fault.clipping != 0);
     }
     const char *list = member(model, "walls"), *wall;
@@ -842,9 +954,10 @@ static long run(const char *folder)
 int main(int words, char **word)
 {
     read_faults();
+    rule = read_rules("RULES", (Rules){0});
+    declared = read_rules("DECLARED", rule);
     if (words == 2 && !strcmp(word[1], "describe")) {
-        puts("{\"protocol\": 1, \"name\": \"corpus\", \"version\": \"1\", \"parts\": [\"normal_spring\", \"tangential_spring\", "
-             "\"rotation\", \"dashpots\", \"local_damping\", \"gravity\", \"walls\", \"punch\", \"cases\"]}");
+        describe();
         return 0;
     }
     if (words != 3 || strcmp(word[1], "run")) fail("usage: engine describe | run FOLDER");

@@ -237,7 +237,7 @@ impl Reference {
     }
 
     fn integrate(&mut self) {
-        let Constants { dt, alpha, .. } = self.constants;
+        let dt = self.constants.dt;
         let mut kick = 1.0;
         if self.steps == 0 {
             if self.rules().given_velocities == GivenVelocities::AtStart {
@@ -258,7 +258,8 @@ impl Reference {
             let moving = match integration {
                 Integration::KickDrift => after,
                 Integration::DriftKick => before,
-                Integration::Taylor => [0, 1].map(|axis| 0.5 * (before[axis] + after[axis])),
+                // As far in the first step too, whose kick may be half of one.
+                Integration::Taylor => [0, 1].map(|axis| before[axis] + 0.5 * dt * a[axis]),
             };
             let bodies = &mut self.bodies;
             [bodies.vx[i], bodies.vz[i]] = after;
@@ -266,15 +267,31 @@ impl Reference {
             bodies.z[i] += dt * moving[1];
         }
         if self.constants.law.rotates() && !self.has(Form::SpinsKept) {
-            let undamped = self.rules().damped_spins == DampedSpins::Undamped;
-            let Bodies { spin, inertia, .. } = &mut self.bodies;
-            for ((spin, inertia), torque) in spin.iter_mut().zip(inertia).zip(&self.torque) {
-                let mut turn = torque / *inertia;
-                if !undamped {
-                    turn *= 1.0 - alpha * sign(turn * (*spin + 0.5 * dt * turn));
-                }
-                *spin += dt * turn * kick;
+            for i in 0..self.bodies.spin.len() {
+                self.bodies.spin[i] += dt * self.spin_rate(i) * kick;
             }
+        }
+    }
+
+    /// How fast the spin of grain `i` grows with local damping, rad/s².
+    fn spin_rate(&self, i: usize) -> f64 {
+        let Constants { dt, alpha, .. } = self.constants;
+        let turn = self.torque[i] / self.bodies.inertia[i];
+        match self.rules().damped_spins {
+            DampedSpins::Undamped => turn,
+            DampedSpins::Damped => {
+                let judged = self.bodies.spin[i] + self.judged_at() * dt * turn;
+                turn * (1.0 - alpha * sign(turn * judged))
+            }
+        }
+    }
+
+    /// How much of the kick the velocity has whose sign local damping takes.
+    fn judged_at(&self) -> f64 {
+        match self.rules().damping_velocity {
+            DampingVelocity::Middle => 0.5,
+            DampingVelocity::Before => 0.0,
+            DampingVelocity::After => 1.0,
         }
     }
 
@@ -290,12 +307,7 @@ impl Reference {
         }
         let spared = self.rules().damped_gravity == DampedGravity::Spared;
         let acting = if spared { by_contacts } else { a };
-        let judged_at = match self.rules().damping_velocity {
-            DampingVelocity::Middle => 0.5,
-            DampingVelocity::Before => 0.0,
-            DampingVelocity::After => 1.0,
-        };
-        let judged = [0, 1].map(|axis| velocity[axis] + judged_at * dt * a[axis]);
+        let judged = [0, 1].map(|axis| velocity[axis] + self.judged_at() * dt * a[axis]);
         let power = [0, 1].map(|axis| acting[axis] * judged[axis]);
         let damped = match self.rules().damping_components {
             DampingComponents::Each => {
@@ -305,9 +317,9 @@ impl Reference {
                 acting.map(|part| part * (1.0 - alpha * sign(power[0] + power[1])))
             }
             DampingComponents::AlongVelocity => {
-                let speed = velocity[0].hypot(velocity[1]).max(f64::MIN_POSITIVE);
+                let speed = judged[0].hypot(judged[1]).max(f64::MIN_POSITIVE);
                 let size = acting[0].hypot(acting[1]);
-                [0, 1].map(|axis| acting[axis] - alpha * size * velocity[axis] / speed)
+                [0, 1].map(|axis| acting[axis] - alpha * size * judged[axis] / speed)
             }
         };
         match spared {
@@ -555,14 +567,6 @@ impl Reference {
         }
         k_n *= constants.normal_factors[touch.first as usize];
         k_s *= constants.tangential_factor;
-        let mut c_n = match constants.law.contact.viscosity {
-            Viscosity::None => 0.0,
-            Viscosity::Dashpot { c_n, .. } => series(c_n, c_n),
-            Viscosity::Restitution { .. } => {
-                2.0 * constants.damping_ratio * (mass * k_n).max(0.0).sqrt()
-            }
-        };
-        c_n *= self.restitution_factor();
         if touch.first == Body::Grain {
             let [r1, r2] = radii;
             let mean = match self.rules().stiffness_mean {
@@ -578,10 +582,18 @@ impl Reference {
                 k_n *= mean / right;
                 k_s *= mean / right;
             }
-            if self.has(Form::DashpotOfMeanMass) {
-                let m1 = self.bodies.mass[ids.0 as usize];
-                c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
+        }
+        let mut c_n = match constants.law.contact.viscosity {
+            Viscosity::None => 0.0,
+            Viscosity::Dashpot { c_n, .. } => series(c_n, c_n),
+            Viscosity::Restitution { .. } => {
+                2.0 * constants.damping_ratio * (mass * k_n).max(0.0).sqrt()
             }
+        };
+        c_n *= self.restitution_factor();
+        if touch.first == Body::Grain && self.has(Form::DashpotOfMeanMass) {
+            let m1 = self.bodies.mass[ids.0 as usize];
+            c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
         }
         Strength { k_n, k_s, c_n }
     }
@@ -603,6 +615,9 @@ impl Reference {
             RestitutionFormula::Cut => Tension::Clipped,
             _ => Tension::Unclipped,
         };
+        if chosen == tension {
+            return 1.0;
+        }
         match damping_ratio(e_n, tension) {
             0.0 => 1.0,
             ratio => damping_ratio(e_n, chosen) / ratio,
@@ -860,6 +875,9 @@ impl Reference {
                 let a = self.acceleration(i, velocity);
                 bodies.vx[i] += 0.5 * dt * a[0];
                 bodies.vz[i] += 0.5 * dt * a[1];
+                if self.constants.law.rotates() {
+                    bodies.spin[i] += 0.5 * dt * self.spin_rate(i);
+                }
             }
         }
         bodies

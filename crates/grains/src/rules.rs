@@ -89,45 +89,45 @@ macro_rules! rules {
 
 rules! {
     given_velocities: GivenVelocities, Nothing,
-        "the time to which velocities of a start belong; a whole kick too many or too few is ½Δt·a in every velocity" {
+        "the time to which velocities and spins of a start belong; a whole kick too many or too few is ½Δt·a in every velocity" {
         HalfStepBefore "half_step_before": "v(−½Δt) is given, the first kick is whole", "YADE";
         AtStart "at_start": "v(0) is given, the first kick is half of one", "LAMMPS, LIGGGHTS";
     }
     written_velocities: WrittenVelocities, Nothing,
-        "the time to which written velocities belong; it shows in kinetic energies, and changes no motion" {
+        "the time to which written velocities and spins belong; it shows in kinetic energies, and changes no motion" {
         HalfStep "half_step": "v(t − ½Δt) is written with x(t)", "YADE, ESyS-Particle, Kratos DEM";
-        WholeStep "whole_step": "v(t) = v(t − ½Δt) + ½Δt·a(t) is written with x(t)", "LAMMPS, LIGGGHTS";
+        WholeStep "whole_step": "v(t) = v(t − ½Δt) + ½Δt·a(t) is written with x(t), a damped; the start as it is given", "LAMMPS, LIGGGHTS";
     }
     integration: Integration, Nothing,
-        "the order of a step; drifts with the old velocity gain energy" {
+        "the order of a step, a of the places before it; drifts with the old velocity gain energy" {
         KickDrift "kick_drift": "v += Δt·a, then x += Δt·v", "YADE, LAMMPS, LIGGGHTS, ESyS-Particle, Kratos DEM";
-        DriftKick "drift_kick": "x += Δt·v, then v += Δt·a", "";
-        Taylor "taylor": "x += Δt·v + ½Δt²·a, then v += Δt·a", "";
+        DriftKick "drift_kick": "x += Δt·v with v before the kick, v += Δt·a", "";
+        Taylor "taylor": "x += Δt·v + ½Δt²·a with v before the kick, v += Δt·a", "";
     }
     damping_velocity: DampingVelocity, LocalDamping,
-        "the velocity whose sign local damping takes; the sign is another where a grain turns round in a step" {
-        Middle "middle": "sign(a·(v + ½Δt·a))", "YADE";
-        Before "before": "sign(a·v), v before the kick", "ESyS-Particle, Kratos DEM";
-        After "after": "sign(a·(v + Δt·a))", "";
+        "the velocity w, and the spin, whose sign local damping takes; the sign is another where a grain turns round in a step" {
+        Middle "middle": "w = v + ½Δt·a, v before the kick and a undamped", "YADE";
+        Before "before": "w = v", "ESyS-Particle, Kratos DEM";
+        After "after": "w = v + Δt·a", "";
     }
     damped_gravity: DampedGravity, LocalDamping,
         "whether local damping takes gravity as a force; without it a bed bears its whole weight" {
-        Damped "damped": "(F/m + g)(1 − α·sign)", "YADE";
-        Spared "spared": "F/m·(1 − α·sign) + g", "";
+        Damped "damped": "(F/m + g)(1 − α·sign((F/m + g)·w))", "YADE";
+        Spared "spared": "F/m·(1 − α·sign(F/m·w)) + g", "";
     }
     damping_components: DampingComponents, LocalDamping,
-        "by which power local damping goes; it changes directions" {
+        "by which power local damping goes, spins by their own; it changes directions" {
         Each "each": "each component by the sign of its own power", "YADE, ESyS-Particle";
-        WholePower "whole_power": "all components by the sign of a·v", "";
-        AlongVelocity "along_velocity": "−α|a| along the velocity", "";
+        WholePower "whole_power": "all components by the sign of the sum of their powers", "";
+        AlongVelocity "along_velocity": "−α|a| along w; a is F/m where gravity is spared", "";
     }
     damped_spins: DampedSpins, DampedSpins,
         "whether local damping acts on spins" {
-        Damped "damped": "ω̇(1 − α·sign(ω̇(ω + ½Δt·ω̇)))", "YADE";
+        Damped "damped": "ω̇(1 − α·sign(ω̇·w)), w of ω as of v", "YADE";
         Undamped "undamped": "ω̇", "";
     }
     stiffness_mean: StiffnessMean, Radii,
-        "the stiffness of a pair from those of its grains, E·R; it moves single contacts by the difference of radii, squared" {
+        "the stiffness of a pair, k_s likewise, from those of its grains, E·R; it moves single contacts by the difference of radii, squared" {
         Harmonic "harmonic": "k_n = 2ab/(a + b)", "YADE, LIGGGHTS";
         Arithmetic "arithmetic": "k_n = (a + b)/2", "ESyS-Particle, of many radii";
         Geometric "geometric": "k_n = √(ab)", "";
@@ -135,7 +135,7 @@ rules! {
         Larger "larger": "k_n = max(a, b)", "";
     }
     wall_stiffness: WallStiffness, Walls,
-        "the stiffness at walls and punch; overlaps there are other ones" {
+        "the stiffness at walls and punch, k_s likewise; overlaps there are other ones" {
         AsGrain "as_grain": "k_n = E·R: a wall is a grain of the same radius", "YADE";
         Rigid "rigid": "k_n = 2E·R: a wall does not give way", "";
     }
@@ -153,7 +153,7 @@ rules! {
     }
     slip_at_walls: SlipAtWalls, Friction,
         "the slip velocity at walls and punch" {
-        AsSlip "as_slip": "as between grains", "YADE";
+        AsSlip "as_slip": "as between grains; at the punch as the contract says", "YADE";
         ContactPoint "contact_point": "v + ω × (point − centre) at the contact point", "LIGGGHTS";
         Unstretched "unstretched": "v and the whole radius times the spin", "LAMMPS";
     }
@@ -168,7 +168,7 @@ rules! {
         "the arm of a torque at walls and punch" {
         AsPairs "as_pairs": "as between grains", "YADE";
         HalfOverlap "half_overlap": "R − u/2", "YADE's facets";
-        ContactPoint "contact_point": "R − u", "LIGGGHTS";
+        ContactPoint "contact_point": "from the centre to the contact point: R − u at walls, R − u/2 at the punch", "LIGGGHTS";
         WholeRadius "whole_radii": "R", "LAMMPS";
     }
     spring_turn: SpringTurn, Friction,
@@ -185,12 +185,12 @@ rules! {
     }
     spring_when_sliding: SpringWhenSliding, Friction,
         "what the spring keeps of a force that is limited" {
-        Limited "limited": "the limited force", "YADE, LAMMPS, LIGGGHTS";
+        Limited "limited": "the limited force, less the dashpot where it is within the limit", "YADE, LAMMPS, LIGGGHTS";
         Unlimited "unlimited": "all of it: it is limited anew in each step", "";
         Nothing "nothing": "nothing", "";
     }
     tangential_dashpot: TangentialDashpot, DashpotsAndFriction,
-        "a dashpot c_n along the tangent" {
+        "a dashpot −c_n v_t along the tangent, also where tension is cut" {
         None "none": "there is none", "YADE's linear law";
         Within "within_limit": "spring and dashpot are limited together", "LAMMPS";
         Beyond "beyond_limit": "the spring is limited, the dashpot is added to it", "";
@@ -209,7 +209,7 @@ rules! {
     }
     restitution: RestitutionFormula, Restitution,
         "the formula that makes a dashpot of a restitution e; another one gives another e" {
-        AsModel "as_model": "the one that fits the tension", "YADE's Hertz law";
+        AsModel "as_model": "the one that fits law.contact.viscosity", "YADE's Hertz law";
         Uncut "uncut": "ζ = −ln e/√(π² + ln² e)", "LIGGGHTS";
         Cut "cut": "ζ of the force that is cut (Schwager and Pöschel 2007)", "";
     }
@@ -293,6 +293,19 @@ impl Rules {
     /// Whether they are those of this program.
     pub fn are_usual(&self) -> bool {
         is_first(self)
+    }
+
+    /// Whether a spring remembers the tangential force that is written of it, and nothing else.
+    pub fn springs_are_forces(&self) -> bool {
+        let stays_in_tangent = match self.spring_turn {
+            SpringTurn::KeepsLength | SpringTurn::Projected => true,
+            // All but what a step's turn leaves out.
+            SpringTurn::FirstOrder => self.slip_added == SlipAdded::AfterTurn,
+            SpringTurn::NotTurned => false,
+        };
+        stays_in_tangent
+            && self.spring_when_sliding == SpringWhenSliding::Limited
+            && self.tangential_dashpot == TangentialDashpot::None
     }
 
     /// One alternative of each rule.

@@ -64,6 +64,11 @@ impl Excerpt {
         excerpt
     }
 
+    /// Whether unusual rules are such that the native engine does not end it.
+    pub fn has_no_run(&self) -> bool {
+        !self.scene.rules.are_usual() && self.native(None).is_err()
+    }
+
     /// That the engine lacks this.
     pub fn not_asked(&self, lacking: String) -> NotAsked {
         NotAsked {

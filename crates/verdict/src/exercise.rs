@@ -131,8 +131,9 @@ fn keys() -> impl Iterator<Item = (&'static str, Vec<Form>)> {
     unread.into_iter().chain(choices)
 }
 
-/// The keys with another value than the usual one that none of these states would show if an engine did not read them.
-pub fn unseen(states: &[&Envelope]) -> Vec<&'static str> {
+/// The keys with another value than the usual one that none of these states would show if an engine did not read them, and the
+/// alternatives that none of them tells from the one that is judged by.
+pub fn unseen(states: &[&Envelope]) -> Vec<String> {
     let is_unseen = |(_, key): &(&'static str, Vec<Form>)| {
         let asked = states.iter().flat_map(|envelope| {
             let forms = forms::candidates(&envelope.case);
@@ -146,5 +147,22 @@ pub fn unseen(states: &[&Envelope]) -> Vec<&'static str> {
                 changed.is_some_and(|far| !far.is_rounding())
             })
     };
-    keys().filter(is_unseen).map(|(name, _)| name).collect()
+    let unread = keys().filter(is_unseen).map(|(name, _)| name.to_owned());
+    let rules = Choice::all().filter(|choice| is_untold(*choice, states));
+    unread.chain(rules.map(Choice::name)).collect()
+}
+
+/// Whether this other alternative plays a part in a state, and takes no engine away from what it does without.
+fn is_untold(choice: Choice, states: &[&Envelope]) -> bool {
+    let of_state =
+        |envelope: &&&Envelope| forms::other_rules(&envelope.case).any(|of| of == choice);
+    let mut asked = states.iter().filter(of_state).peekable();
+    let shows = |envelope: &&Envelope| {
+        // Few steps show most.
+        [STEPS_WRITTEN_OUT, u64::MAX].into_iter().any(|steps| {
+            let changed = envelope.changed(&Variant::of(Form::Rule(choice)), steps);
+            changed.is_some_and(|far| !far.is_rounding())
+        })
+    };
+    asked.peek().is_some() && !asked.any(shows)
 }

@@ -6,6 +6,7 @@
 use evidence::random::Source;
 use grains::model::{Axis, Wall};
 use grains::native::NativeError;
+use grains::rules::{Arms, GivenVelocities, Integration, Rules, WrittenVelocities};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
 use serde::{Deserialize, Serialize};
@@ -254,6 +255,8 @@ pub struct Itself<'a> {
     known: Vec<Known>,
     /// What its law has, where it is one of its own.
     own: &'a [Own],
+    /// Rules that it declares.
+    rules: Rules,
     lacks: &'a dyn Fn(&Case) -> Option<String>,
 }
 
@@ -328,8 +331,14 @@ impl<'a> Itself<'a> {
         Ok(Itself {
             known: known.collect(),
             own: own.unwrap_or_default(),
+            rules: Rules::default(),
             lacks,
         })
+    }
+
+    /// Of an engine with these rules.
+    pub fn under(self, rules: Rules) -> Self {
+        Itself { rules, ..self }
     }
 }
 
@@ -371,6 +380,9 @@ impl Relation {
             };
             return Ok(Held::Open(format!("the engine says that {why}")));
         }
+        if let Some(why) = self.broken_by(&itself.rules) {
+            return Ok(Held::Open(format!("by the engine's rules {why}")));
+        }
         let mut asked = Vec::new();
         for known in &itself.known {
             let cases = (self.there)(known);
@@ -384,7 +396,7 @@ impl Relation {
             let state = &known.state.case.name;
             let found = match answer {
                 Err(why) => Held::Open(format!("the engine refused: {why}")),
-                Ok(runs) => self.found(known, &cases, (self.back)(known, runs)),
+                Ok(runs) => self.found(known, &cases, (self.back)(known, runs), &itself.rules),
             };
             match found {
                 Held::Holds(said) => holds.push(said),
@@ -399,7 +411,23 @@ impl Relation {
         })
     }
 
-    fn found(&self, known: &Known, cases: &[Case], runs: Vec<Run>) -> Held {
+    /// Why it cannot hold of a right engine with these rules.
+    fn broken_by(&self, rules: &Rules) -> Option<&'static str> {
+        let is_start = rules.given_velocities == GivenVelocities::HalfStepBefore
+            && rules.written_velocities == WrittenVelocities::HalfStep;
+        match self.key {
+            "resumed" if !is_start => Some("the velocities that are written are no start"),
+            "conserved" if rules.integration != Integration::KickDrift => {
+                Some("a step keeps no angular momentum")
+            }
+            "conserved" if rules.torque_arms == Arms::WholeRadii => {
+                Some("the two torques of a pair are more than its force has")
+            }
+            _ => None,
+        }
+    }
+
+    fn found(&self, known: &Known, cases: &[Case], runs: Vec<Run>, rules: &Rules) -> Held {
         let bits = || runs.iter().find_map(|run| known.other_bits(run));
         match self.holds {
             Holds::EveryBit => match bits() {
@@ -410,7 +438,7 @@ impl Relation {
             Holds::Exactly => known.rounding(&runs, 1.0),
             Holds::Rounding(larger) => known.rounding(&runs, larger),
             Holds::Converges => converges(&runs, known.resolution),
-            Holds::Account => account(&cases[0], &runs[0], known.resolution),
+            Holds::Account => account(&cases[0], &runs[0], known.resolution, rules),
             Holds::Conserved => conserved(&runs[0], cases[0].model.dt, known.resolution),
         }
     }
@@ -720,19 +748,33 @@ fn rounding(moment: &Snapshot, dt: f64, resolution: Resolution) -> Vec<f64> {
     all.iter().map(|force| ROUNDINGS * force).collect()
 }
 
-/// m Δv against Δt times forces and weight: the work of all forces is then the kinetic energy that is gained, too.
-fn account(case: &Case, run: &Run, resolution: Resolution) -> Held {
+/// m Δv against Δt times forces and weight: the work of all forces is then the kinetic energy that is gained, too. Where velocities
+/// of whole steps are written, half of a gain is of the forces at its end.
+fn account(case: &Case, run: &Run, resolution: Resolution, rules: &Rules) -> Held {
+    let at_end = match rules.written_velocities {
+        WrittenVelocities::HalfStep => 0.0,
+        WrittenVelocities::WholeStep => 0.5,
+    };
+    let begins_whole = rules.given_velocities == GivenVelocities::AtStart;
     let (dt, gravity) = (case.model.dt, case.model.gravity);
     let mut worst = (0.0, String::new());
     for pair in run.windows(2) {
         let (now, next) = (&pair[0], &pair[1]);
         let mass = &now.bodies.mass;
-        let mut forces: Vec<[f64; 2]> = mass.iter().map(|m| gravity.map(|g| m * g)).collect();
-        for contact in &now.contacts {
-            for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
-                if let Some(force) = forces.get_mut(id as usize) {
-                    let more = contact.force();
-                    *force = [force[0] + sign * more[0], force[1] + sign * more[1]];
+        let at_begin = match now.step {
+            0 if begins_whole => 0.5,
+            0 => 1.0,
+            _ => 1.0 - at_end,
+        };
+        let weight = |m: &f64| gravity.map(|g| (at_begin + at_end) * m * g);
+        let mut forces: Vec<[f64; 2]> = mass.iter().map(weight).collect();
+        for (share, moment) in [(at_begin, now), (at_end, next)] {
+            for contact in &moment.contacts {
+                for (id, sign) in [(contact.id1, -share), (contact.id2, share)] {
+                    if let Some(force) = forces.get_mut(id as usize) {
+                        let more = contact.force();
+                        *force = [force[0] + sign * more[0], force[1] + sign * more[1]];
+                    }
                 }
             }
         }

@@ -259,7 +259,7 @@ pub struct Reference {
     /// For engines in double precision, made when the first engine has answered the case.
     double: Vec<OnceLock<Native>>,
     /// What none of them shows, of the states that an engine was asked for.
-    unseen: Arc<Mutex<BTreeMap<Vec<usize>, Vec<&'static str>>>>,
+    unseen: Arc<Mutex<BTreeMap<Vec<usize>, Vec<String>>>>,
 }
 
 /// What an engine made of the states that it was handed.
@@ -584,12 +584,11 @@ impl Reference {
             states.any(|answered| constant.is_in(&answered.asked.case))
                 && !limits().any(|limit| limit.0 == *constant)
         });
-        let constants: Vec<&str> = constants.map(Constant::symbol).collect();
+        let constants = constants.map(Constant::symbol).map(str::to_owned);
+        let corners = exercise::untouched_corners(all.iter().map(Answered::run));
         constants
-            .into_iter()
             .chain(keys)
-            .chain(exercise::untouched_corners(all.iter().map(Answered::run)))
-            .map(str::to_owned)
+            .chain(corners.map(str::to_owned))
             .collect()
     }
 }

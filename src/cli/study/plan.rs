@@ -16,7 +16,7 @@ use crate::study::campaign::Campaign;
 use crate::study::folder::StudyFolder;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
-use crate::study::{Study, candidates, create, search, tradeoff};
+use crate::study::{Study, candidates, conventions, create, search, tradeoff};
 use grains::generate::initial_bodies;
 use grains::native::pouring::Softly;
 use grains::task::Task;
@@ -35,6 +35,17 @@ pub enum Kind {
     /// Our default, its quasi-static limit and the best settings of a search, or the open choices one at a time: published
     /// figures, and what the load adds where
     Candidates(CandidatesArguments),
+    /// Each rule of the catalogue alone, and each code's whole set: what changes in a bed, under its load and in a collapsed column
+    #[command(
+        after_help = "Example:\n  crossgrain study plan rules --clouds 8 --out rules && crossgrain study run rules"
+    )]
+    Rules {
+        /// Packings of every setting
+        #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u64).range(3..=10_000))]
+        clouds: u64,
+        #[command(flatten)]
+        place: Place,
+    },
     /// The largest stable steps, predicted and found, and where methods fail
     #[command(
         after_help = "Example:\n  crossgrain study plan stability --quick --out stable && crossgrain study run stable"
@@ -299,6 +310,12 @@ impl Kind {
             Kind::Tradeoff(arguments) => arguments.execute(),
             Kind::Search(arguments) => arguments.execute(),
             Kind::Candidates(arguments) => arguments.execute(),
+            Kind::Rules { clouds, place } => {
+                let plan = conventions::Plan::new(clouds);
+                let settings = plan.beds.0.len();
+                let words = format!("{settings} settings on {clouds} clouds each");
+                place.create(plan, None, &words)
+            }
             Kind::Stability { map, limits, place } => {
                 let (plan, program) = map.plan(&limits)?;
                 let (scenes, grains, failures) =

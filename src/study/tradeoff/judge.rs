@@ -178,7 +178,8 @@ fn larger(worsts: impl Iterator<Item = Worst>) -> Option<Worst> {
     worsts.max_by(|a, b| a.error.estimate.total_cmp(&b.error.estimate))
 }
 
-fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Difference> {
+/// Of a quantity; none where too few pairs have it.
+pub fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Difference> {
     let value = |member: &Member| member.measured.get(quantity.key).copied();
     let values = pairs.iter().filter_map(|(a, b)| value(a).zip(value(b)));
     let values: Vec<(f64, f64)> = values.collect();
