@@ -34,6 +34,7 @@ mod tradeoff;
 
 mod campaign_compare;
 mod candidates;
+mod conventions;
 
 mod broken_yade;
 mod export;

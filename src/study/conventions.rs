@@ -8,7 +8,7 @@ use crate::checks::Outcome;
 use crate::document::table::Table;
 use crate::document::{Document, Section};
 use crate::study::member::{ANGLE, Beds, Endings, Member, Members, OfBeds};
-use crate::study::realization::Change::{Dashpots, Friction, Step};
+use crate::study::realization::Change::{Dashpots, Friction, Size, Step};
 use crate::study::realization::{Damped, Setting, Specification, changed, small_scene};
 use crate::study::tradeoff::judge::{Difference, Margin, QUANTITIES, difference, word};
 use crate::study::{Judged, StudyError, tradeoff};
@@ -56,7 +56,7 @@ impl Plan {
             Step(0.3),
             Dashpots(0.5, Damped::InBothStages),
         ];
-        let bed = changed(small_scene(), &changes);
+        let bed = changed(changed(small_scene(), &[Size(0.5, 1.0)]), &changes);
         let example = include_str!("../../examples/column-collapse.json");
         let column = parse_scene(example).unwrap_or_else(|_| bed.clone());
         let mut column = changed(column, &changes[1..]);

@@ -105,8 +105,8 @@ rules! {
         Taylor "taylor": "x += Δt·v + ½Δt²·a with v before the kick, v += Δt·a", "";
     }
     damping_velocity: DampingVelocity, LocalDamping,
-        "the velocity w, and the spin, whose sign local damping takes; the sign is another where a grain turns round in a step" {
-        Middle "middle": "w = v + ½Δt·a, v before the kick and a undamped", "YADE";
+        "the velocity and spin w whose sign local damping takes; v is that before the kick, a undamped; the sign is another where a grain turns round in a step" {
+        Middle "middle": "w = v + ½Δt·a", "YADE";
         Before "before": "w = v", "ESyS-Particle, Kratos DEM";
         After "after": "w = v + Δt·a", "";
     }

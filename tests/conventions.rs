@@ -1,0 +1,66 @@
+//! The study of rules: what is planned, and what made-up members say.
+
+use crossgrain::study::conventions::Plan;
+use crossgrain::study::member::{ANGLE, Member, Members, OfBeds};
+
+use crate::support::*;
+
+#[test]
+fn each_rule_and_each_codes_set_is_held_against_the_usual_rules_on_the_same_clouds() {
+    let plan = Plan::new(5);
+    let settings: Vec<_> = plan.beds.settings().collect();
+    let ids: BTreeSet<&String> = settings.iter().map(|setting| &setting.id).collect();
+    assert_eq!(ids.len(), settings.len());
+    for setting in &settings {
+        let read = setting.specification.scene.check();
+        assert!(read.is_ok(), "{}: {read:?}", setting.id);
+    }
+    let of_lammps = settings
+        .iter()
+        .find(|setting| setting.id == "lammps-column");
+    let rules = of_lammps.expect("a set").specification.scene.rules;
+    let names: Vec<String> = rules.unusual().map(|choice| choice.name()).collect();
+    has(
+        &names.join(", "),
+        ["given_velocities = at_start", "spring_turn = keeps_length"],
+    );
+    // One rule makes heaps steeper by three degrees, and all others change nothing.
+    let steeper = "spring-turn-projected-column";
+    let member = |id: &str, cloud: u64, specification: String| {
+        let more = if id == steeper {
+            3.0
+        } else {
+            1.0e-3 * cloud as f64
+        };
+        let angle = 20.0 + 0.1 * cloud as f64 + more;
+        Member {
+            specification,
+            realization: cloud,
+            measured: BTreeMap::from([(ANGLE.to_owned(), angle)]),
+            ..Member::default()
+        }
+    };
+    let members: Members = settings
+        .iter()
+        .flat_map(|setting| {
+            let digest = setting.specification.digest();
+            let clouds = setting.realizations();
+            clouds.map(move |cloud| member(&setting.id, cloud, digest.clone()))
+        })
+        .collect();
+    let judged = plan.judged(&members).expect("a record");
+    let found = judged.own["settings"].as_array().expect("settings");
+    for found in found {
+        let angle = &found["differences"][0];
+        let is_column = found["id"]
+            .as_str()
+            .is_some_and(|id| id.ends_with("column"));
+        let wanted = match found["id"] == steeper {
+            _ if !is_column => continue,
+            true => "different",
+            false => "equivalent",
+        };
+        assert_eq!(angle["finding"], wanted, "{found}");
+    }
+    has(&judged.document.answer, ["1 are beyond them"]);
+}
