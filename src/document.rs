@@ -1,5 +1,16 @@
 //! What a job says, as values: sections of sentences, tables and plots. `report` has the views of them: terminal text, HTML, CSV, Markdown and SVG.
 
+/// What values of other types become, a line a type.
+macro_rules! becomes {
+    ($to:ty { $($value:ident: $from:ty => $made:expr;)* }) => {$(
+        impl From<$from> for $to {
+            fn from($value: $from) -> Self {
+                $made
+            }
+        }
+    )*};
+}
+
 pub mod plot;
 pub mod table;
 
@@ -135,45 +146,18 @@ impl Section {
     }
 }
 
-impl From<Table> for Block {
-    fn from(table: Table) -> Self {
-        Block::Table(table)
-    }
-}
+becomes!(Block {
+    table: Table => Block::Table(table);
+    plot: Plot => Block::Plot(plot);
+    drawing: Drawing => Block::Drawing(drawing);
+    tiles: Vec<Tile> => Block::Tiles(tiles);
+    text: String => Block::Text(text);
+    text: &str => Block::Text(text.to_owned());
+});
 
 impl<T> From<Columns<T>> for Block {
     fn from(columns: Columns<T>) -> Self {
         Block::Table(columns.into())
-    }
-}
-
-impl From<Plot> for Block {
-    fn from(plot: Plot) -> Self {
-        Block::Plot(plot)
-    }
-}
-
-impl From<Drawing> for Block {
-    fn from(drawing: Drawing) -> Self {
-        Block::Drawing(drawing)
-    }
-}
-
-impl From<Vec<Tile>> for Block {
-    fn from(tiles: Vec<Tile>) -> Self {
-        Block::Tiles(tiles)
-    }
-}
-
-impl From<String> for Block {
-    fn from(text: String) -> Self {
-        Block::Text(text)
-    }
-}
-
-impl From<&str> for Block {
-    fn from(text: &str) -> Self {
-        Block::Text(text.to_owned())
     }
 }
 

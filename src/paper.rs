@@ -12,7 +12,7 @@ use std::iter::Sum;
 use std::ops::Mul;
 use std::sync::LazyLock;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use self::published::printed;
 use crate::checks::{Check, Outcome, verdict};
@@ -174,7 +174,8 @@ pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
 }
 
 /// Faults of the printed text that are no single number.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TextFault {
     pub place: &'static str,
     pub printed: &'static str,
@@ -182,70 +183,9 @@ pub struct TextFault {
     pub evidence: &'static str,
 }
 
-/// Faults of the printed text, each with its evidence.
+/// Faults of the printed text, each with its evidence: `text_faults.json`, read.
 pub fn text_faults() -> Vec<TextFault> {
-    let fault = |place, printed, should_be, evidence| TextFault {
-        place,
-        printed,
-        should_be,
-        evidence,
-    };
-    vec![
-        fault(
-            "Eq. 3",
-            "(θ₁−θ₂) + sinθ₁cosθ₂ − sinθ₂cosθ₁",
-            "(θ₁−θ₂) + sinθ₁cosθ₁ − sinθ₂cosθ₂",
-            "only the second form equals the integral of Flamant's solution, and only it gives \
-             Table 4 at A and B; at O the two are the same by symmetry (rows «Eq. 3 as printed»)",
-        ),
-        fault(
-            "Eq. 3",
-            "X₁ left and X₂ right limit of the load",
-            "X₁ right and X₂ left (or the opposite sign)",
-            "with X₁ left of X₂, θ₁ < θ₂ and the load would pull: σ_p,zz at O is negative",
-        ),
-        fault(
-            "Eq. 3",
-            "θ₁ = arctan(X₁−x)/z",
-            "θ₁ = arctan((X₁−x)/z)",
-            "letter by letter, the arctangent of a length, divided by a length, is no angle",
-        ),
-        fault(
-            "section 3",
-            "p = 44.4 kPa/m",
-            "p = 44.4 kPa",
-            "Eq. 3 gives kPa only if p is a pressure, and 2ap is then a force per metre of depth",
-        ),
-        fault(
-            "Eq. 5",
-            "min(−k_s u_n, tanφ F_n)",
-            "min(k_s u, tanφ F_n)",
-            "u_n is not defined there; the text defines the lateral displacement u. With F_n as a \
-             magnitude the minimum always takes the spring; with F_n < 0 as in Eq. 4 it takes the \
-             larger of the two in size. In neither reading does friction limit the force, and in \
-             both it points along the displacement instead of against it",
-        ),
-        fault(
-            "Table 3",
-            "Σ_xy, σ_xy; V for both volumes",
-            "Σ_xz, σ_xz; V and V_p",
-            "the plane of Figure 4 and of the equations has x across and z up; section 3.2.3 calls \
-             the particle's volume V_p",
-        ),
-        fault(
-            "section 5, step 2",
-            "V_c is the volume of the particle plus its void",
-            "V_p",
-            "section 3.2.3 and Table 4 use V_c = 0.005×0.005×1.0 m³, which is only a quarter of \
-             the mean cell (row «V_c over the mean cell»)",
-        ),
-        fault(
-            "section 3.3",
-            "equation number (7)",
-            "(9)",
-            "(7) is the extensive stress of section 3.2.3 already",
-        ),
-    ]
+    serde_json::from_str(include_str!("paper/text_faults.json")).expect("it is a list of faults")
 }
 
 /// Points of the rule on each panel.

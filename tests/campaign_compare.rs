@@ -4,7 +4,7 @@ use crossgrain::checks::Outcome;
 use crossgrain::study::campaign::compare::{Compared, Comparison, Packings, compare, judge};
 use crossgrain::study::campaign::{Campaign, Member, Merged};
 use crossgrain::study::realization::{Ending, Runner};
-use crossgrain::study::{folder::Summary, tradeoff::judge::QUANTITIES};
+use crossgrain::study::{folder::Summary, plan::Plan, tradeoff::judge::QUANTITIES};
 use evidence::proportion::wilson;
 use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;
@@ -18,12 +18,13 @@ const HEIGHT: &str = "settled.height.mean_surface";
 fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
     let scene = paper_scene(1, 5000);
     let runner = Runner::Native;
-    let plan = Campaign::plan(&scene, runner, Vec::new(), members, seed).expect("a plan");
+    let campaign = Campaign::new(&scene, runner, Vec::new(), members, seed);
+    let plan = Plan::new(campaign, None).expect("a plan");
     let mut noise = Source::new(b"crossgrain: synthetic campaigns ", seed);
     let rows: Vec<Member> = (1..=members)
         .map(|number| {
             let mut measured = BTreeMap::new();
-            for charted in QUANTITIES {
+            for charted in QUANTITIES.iter() {
                 let scale = charted.margin.map(|margin| 0.1 * margin.absolute(1.0));
                 let scale = scale.unwrap_or(0.03);
                 let moved = if charted.key == HEIGHT { shift } else { 0.0 };

@@ -4,7 +4,7 @@
 use std::ffi::{OsStr, OsString};
 
 use crossgrain::study::slurm::write;
-use crossgrain::study::{campaign::Campaign, folder::StudyFolder, realization::Runner};
+use crossgrain::study::{campaign::Campaign, folder::StudyFolder, plan::Plan, realization::Runner};
 
 use crate::hostile_names::{harmless, names, two_grains};
 use crate::support::*;
@@ -33,7 +33,8 @@ fn job_scripts_hand_every_name_on_whole() {
         let top = &new_folder();
         let place = top.canonicalize().expect("a folder");
         let folder = place.join(&name);
-        let plan = Campaign::plan(&two_grains(), Runner::Native, Vec::new(), 4, 1);
+        let campaign = Campaign::new(&two_grains(), Runner::Native, Vec::new(), 4, 1);
+        let plan = Plan::new(campaign, None);
         plan.and_then(|plan| plan.write(&folder))
             .expect("a new campaign");
         let tools = place.join("tools");

@@ -29,7 +29,8 @@ pub fn scene() -> Scene {
 
 /// Three members of it.
 pub fn plan() -> Plan<Campaign> {
-    Campaign::plan(&scene(), Runner::Native, Vec::new(), 3, 7).expect("a plan")
+    let campaign = Campaign::new(&scene(), Runner::Native, Vec::new(), 3, 7);
+    Plan::new(campaign, None).expect("a plan")
 }
 
 /// Its grains for ten steps, without rules.

@@ -226,16 +226,16 @@ const MOST_SHOWN: usize = 10;
 impl Explain {
     fn execute(self) -> Result<u8, Error> {
         let Some(id) = &self.check else {
-            let kinds = EXPLANATIONS.map(|explanation| {
+            let kinds = EXPLANATIONS.iter().map(|explanation| {
                 format!("{}\n    {}\n", explanation.pattern, explanation.meaning)
             });
-            print(&kinds.concat())?;
+            print(&kinds.collect::<String>())?;
             return Ok(exit::AGREED);
         };
         let Some(found) = of(id) else {
-            let kinds = EXPLANATIONS
-                .map(|explanation| explanation.pattern.split('/').next().expect("a first part"));
-            let mut kinds: Vec<&str> = kinds.into_iter().filter(|kind| *kind != "*").collect();
+            let patterns = EXPLANATIONS.iter().map(|explanation| explanation.pattern);
+            let kinds = patterns.filter_map(|pattern| pattern.split('/').next());
+            let mut kinds: Vec<&str> = kinds.filter(|kind| *kind != "*").collect();
             kinds.dedup();
             return Err(Error::Usage(format!(
                 "there is no check {id}; a check's id begins with {}; crossgrain report checks RECORD --all names those of a job",

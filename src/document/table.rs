@@ -98,59 +98,17 @@ impl Column {
     }
 }
 
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Cell::Text(text.to_owned())
-    }
-}
-
-impl From<&String> for Cell {
-    fn from(text: &String) -> Self {
-        Cell::Text(text.clone())
-    }
-}
-
-impl From<String> for Cell {
-    fn from(text: String) -> Self {
-        Cell::Text(text)
-    }
-}
-
-impl From<f64> for Cell {
-    fn from(value: f64) -> Self {
-        Cell::Number(value)
-    }
-}
-
-impl From<u32> for Cell {
-    fn from(count: u32) -> Self {
-        Cell::Count(count.into())
-    }
-}
-
-impl From<u64> for Cell {
-    fn from(count: u64) -> Self {
-        Cell::Count(count)
-    }
-}
-
-impl From<usize> for Cell {
-    fn from(count: usize) -> Self {
-        Cell::Count(count as u64)
-    }
-}
-
-impl From<Interval> for Cell {
-    fn from(interval: Interval) -> Self {
-        Cell::Interval(interval)
-    }
-}
-
-impl From<Outcome> for Cell {
-    fn from(outcome: Outcome) -> Self {
-        Cell::Outcome(outcome)
-    }
-}
+becomes!(Cell {
+    text: &str => Cell::Text(text.to_owned());
+    text: &String => Cell::Text(text.clone());
+    text: String => Cell::Text(text);
+    value: f64 => Cell::Number(value);
+    count: u32 => Cell::Count(count.into());
+    count: u64 => Cell::Count(count);
+    count: usize => Cell::Count(count as u64);
+    interval: Interval => Cell::Interval(interval);
+    outcome: Outcome => Cell::Outcome(outcome);
+});
 
 impl<T: Into<Cell>> From<Option<T>> for Cell {
     fn from(value: Option<T>) -> Self {

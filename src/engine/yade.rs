@@ -172,26 +172,17 @@ impl Engine for Options {
 
 type Script = (&'static str, &'static str);
 
-const RUN_SCENE: Script = (
-    "run_scene.py",
-    include_str!("../../yade_scripts/run_scene.py"),
-);
-const RUN_CASES: Script = (
-    "run_cases.py",
-    include_str!("../../yade_scripts/run_cases.py"),
-);
-const TIME_STEPS: Script = (
-    "time_steps.py",
-    include_str!("../../yade_scripts/time_steps.py"),
-);
-const PROPOSE_STEPS: Script = (
-    "propose_steps.py",
-    include_str!("../../yade_scripts/propose_steps.py"),
-);
-const SHARED: Script = (
-    "model_in_yade.py",
-    include_str!("../../yade_scripts/model_in_yade.py"),
-);
+macro_rules! script {
+    ($name:literal) => {
+        ($name, include_str!(concat!("../../yade_scripts/", $name)))
+    };
+}
+
+const RUN_SCENE: Script = script!("run_scene.py");
+const RUN_CASES: Script = script!("run_cases.py");
+const TIME_STEPS: Script = script!("time_steps.py");
+const PROPOSE_STEPS: Script = script!("propose_steps.py");
+const SHARED: Script = script!("model_in_yade.py");
 
 /// SHA-256 of the scripts that run a scene, in hexadecimal: what ran inside YADE.
 pub fn script_digest() -> String {

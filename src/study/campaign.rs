@@ -9,7 +9,6 @@ use crate::checks::Outcome;
 use crate::document::{Cell, Document, Section, Table};
 use crate::engine::EngineError;
 use crate::study::folder::StudyFolder;
-use crate::study::plan::Plan;
 use crate::study::realization::{
     Ending, Engines, Runner, Specification, bed_of, ending_in_words, measured, went_wrong,
 };
@@ -55,17 +54,6 @@ impl Campaign {
             scene_digest: scene.digest(),
             scene,
         }
-    }
-
-    /// The plan of so many members of the scene in an engine of this program.
-    pub fn plan(
-        scene: &Scene,
-        runner: Runner,
-        phases: Vec<Phase>,
-        members: u64,
-        seed: u64,
-    ) -> Result<Plan<Self>, StudyError> {
-        Plan::new(Campaign::new(scene, runner, phases, members, seed), None)
     }
 
     /// Which cloud a member pours; members are counted from 1.

@@ -239,11 +239,6 @@ impl SpringDashpot {
         State::new(base.step + count, overlap, base.approach + n * gain)
     }
 
-    /// θ, the phase that a step adds to an undamped swing, rad.
-    pub fn angle(&self) -> f64 {
-        2.0 * (0.5 * self.frequency() * self.dt).asin()
-    }
-
     /// u_n = u* + rⁿ(a cos nθ + b sin nθ) about the rest u* = mg/k.
     fn swing(&self, factor: f64, base: &State, count: u64) -> State {
         let n = count as f64;

@@ -185,7 +185,8 @@ fn records_of_another_plan_are_not_believed() {
     let place = &new_folder();
     let plan = Plan::<Campaign>::read(&campaign_of.place.join("c")).expect("a plan");
     let runner = plan.study.runner;
-    let other = Campaign::plan(&scene, runner, Vec::new(), MEMBERS, 2).expect("a plan");
+    let other = Campaign::new(&scene, runner, Vec::new(), MEMBERS, 2);
+    let other = Plan::new(other, None).expect("a plan");
     other.write(&place.join("c")).expect("writable");
     let folder = place.join("c");
     fs::write(folder.join(FILE), &campaign_of.sound).expect("writable");

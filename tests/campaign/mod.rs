@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 
 use crossgrain::files::file_digest;
 use crossgrain::study::campaign::{Campaign, Member};
-use crossgrain::study::{realization::Runner, store};
+use crossgrain::study::{plan::Plan, realization::Runner, store};
 
 use crate::support::*;
 
@@ -24,7 +24,7 @@ pub fn plan(scene: &Scene, members: u64, name: &str) -> Place {
 
 fn plan_of(scene: &Scene, runner: Runner, members: u64, name: &str) -> Place {
     let place = new_folder();
-    let plan = Campaign::plan(scene, runner, Vec::new(), members, 1);
+    let plan = Plan::new(Campaign::new(scene, runner, Vec::new(), members, 1), None);
     plan.and_then(|plan| plan.write(&place.join(name)))
         .expect("a new campaign");
     place

@@ -3,6 +3,7 @@
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::claims::{Claim, Claims, Verdict};
 use crossgrain::study::folder::{AnyStudy as _, StudyFolder};
+use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::Runner;
 use evidence::distribution::Distribution;
 
@@ -15,7 +16,8 @@ use crate::support::*;
 fn write_campaign(folder: &Path, truth: &Truth) {
     let scene = paper_scene(1, 5000);
     let runner = Runner::Native;
-    let plan = Campaign::plan(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
+    let campaign = Campaign::new(&scene, runner, Vec::new(), truth.members, 1);
+    let plan = Plan::new(campaign, None).expect("a plan");
     plan.write(folder).expect("a new folder");
     let members = members(&scene, truth);
     let lines = members.iter().map(|of| record_line(&plan.digest(), of));

@@ -1,6 +1,6 @@
 //! Scenes: what is accepted, what is refused, and that the message says where and what.
 
-use grains::scene::{Cloud, OPEN_CHOICES, SceneError, json_schema};
+use grains::scene::{Cloud, SceneError, json_schema, open_choices};
 
 use crate::support::*;
 
@@ -42,8 +42,9 @@ fn the_papers_scene_reads_back_and_names_every_open_choice() {
     let scene = paper_scene(7, 5000);
     let text = serde_json::to_string_pretty(&scene).expect("JSON");
     assert_eq!(parse_scene(&text).expect("a valid scene"), scene);
-    for (key, _) in OPEN_CHOICES {
-        let reason = scene.choices.contains_key(*key);
+    assert_eq!(open_choices().count(), 16);
+    for key in open_choices() {
+        let reason = scene.choices.contains_key(key);
         assert!(reason, "{key} has no reason in the scene");
     }
 }

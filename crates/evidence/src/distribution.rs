@@ -183,30 +183,6 @@ impl Distribution {
         }
     }
 
-    /// The distribution of the values over a unit above zero.
-    pub fn over(&self, unit: f64) -> Distribution {
-        let mut distribution = *self;
-        match &mut distribution {
-            Distribution::Exponential { mean } => *mean /= unit,
-            Distribution::Gamma { scale, .. }
-            | Distribution::Weibull { scale, .. }
-            | Distribution::StretchedExponential { scale, .. }
-            | Distribution::GaussianTail { scale, .. } => *scale /= unit,
-            Distribution::Laplace {
-                location: centre,
-                scale: width,
-            }
-            | Distribution::Normal {
-                mean: centre,
-                deviation: width,
-            } => {
-                *centre /= unit;
-                *width /= unit;
-            }
-        }
-        distribution
-    }
-
     /// The probability of a value up to `x`; not a number for impossible parameters.
     pub fn cumulative(&self, x: f64) -> f64 {
         self.share(x, false)

@@ -6,7 +6,7 @@ pub mod paper_scene;
 pub mod problem;
 
 pub use check::{SceneError, parse_scene};
-pub use paper_scene::{OPEN_CHOICES, paper_scene};
+pub use paper_scene::{open_choices, paper_scene};
 pub use problem::Problem;
 
 use std::borrow::Cow;

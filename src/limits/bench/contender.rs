@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use clap::ValueEnum;
 use serde::Serialize;
 
 use super::bed::Bed;
@@ -19,8 +20,8 @@ use grains::model::Model;
 use grains::native::timing::{Share, Window};
 use grains::tables::{Bodies, Snapshot};
 
-/// An engine in one of its ways of working.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// An engine in one of its ways of working, in the order in which they stand in tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Contender {
     Native,
@@ -33,22 +34,9 @@ pub enum Contender {
     YadeOrdinaryFriction,
     YadeSortedFriction,
     LammpsFriction,
-    /// A program that speaks the engine protocol.
+    /// A program that speaks the engine protocol, where one is named; all others always take part.
     External,
 }
-
-/// Those that always take part, in the order in which they stand in tables.
-pub const ALL: [Contender; 9] = [
-    Contender::Native,
-    Contender::YadeOrdinary,
-    Contender::YadeSorted,
-    Contender::Lammps,
-    Contender::Liggghts,
-    Contender::NativeFriction,
-    Contender::YadeOrdinaryFriction,
-    Contender::YadeSortedFriction,
-    Contender::LammpsFriction,
-];
 
 /// What computes it.
 #[derive(Clone, Copy, PartialEq)]
@@ -404,8 +392,10 @@ pub fn rounds(
     progress: &progress::Task,
     missed: &mut Vec<Missed>,
 ) -> Result<(Vec<Contest>, SortedBits)> {
-    let external = setup.engines.external.iter().map(|_| Contender::External);
-    let entrants = ALL.into_iter().chain(external).map(|contender| Entrant {
+    let all = Contender::value_variants().iter().copied();
+    let named = setup.engines.external.is_some();
+    let all = all.filter(|contender| named || *contender != Contender::External);
+    let entrants = all.map(|contender| Entrant {
         contender,
         windows: Vec::new(),
         last: None,

@@ -2,6 +2,7 @@
 //! time step does where nothing is chaotic.
 
 use std::f64::consts::{PI, SQRT_2};
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
@@ -199,7 +200,8 @@ pub fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<D
 }
 
 /// A measured quantity with its margin.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Quantity {
     pub key: &'static str,
     pub title: &'static str,
@@ -211,7 +213,8 @@ pub struct Quantity {
     pub reason: &'static str,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Margin {
     /// In the quantity's unit.
     Absolute(f64),
@@ -229,127 +232,16 @@ impl Margin {
     }
 }
 
-const HEIGHT: &str = "a fifth of the ±0.01 m that the paper gives its height";
-const POROSITY: &str = "a fifth of the ±0.01 that the paper gives its porosity";
-const STRESS: &str = "a tenth: within it a mean counts as the one that the paper prints, so a larger bias could change what is said of it";
-const ONE_GRAIN: &str =
-    "one grain's stress varies by about its mean: no margin that matters could be shown";
-
-pub const QUANTITIES: [Quantity; 18] = [
-    height("settled.height.mean_surface", "height, mean surface"),
-    height(
-        "settled.height.twice_centre_of_mass",
-        "height, twice centre of mass",
-    ),
-    of(
-        "settled.height.highest_grain",
-        "height, highest grain",
-        "m",
-        at(0.005),
-        "one grain, and it is an extreme: a grain's radius",
-    ),
-    porosity(
-        "settled.porosity.from_mean_surface",
-        "porosity from mean surface",
-    ),
-    porosity("settled.porosity.of_cells", "porosity of inner cells"),
-    of(
-        "settled.coordination.mean_without_rattlers",
-        "coordination without rattlers",
-        "1",
-        at(0.05),
-        "about 1 % of 4, and less than the difference between a poured and a rested bed",
-    ),
-    stress("loaded.stress.O.local_zz", "local mean stress at O"),
-    stress("loaded.stress.A.local_zz", "local mean stress at A"),
-    stress("loaded.stress.B.local_zz", "local mean stress at B"),
-    grain("loaded.stress.O.grain_zz", "nearest grain's stress at O"),
-    grain("loaded.stress.A.grain_zz", "nearest grain's stress at A"),
-    grain("loaded.stress.B.grain_zz", "nearest grain's stress at B"),
-    of(
-        "settled.distribution.variation",
-        "single-grain stress: deviation over mean",
-        "1",
-        at(0.05),
-        "a quarter of what parts the settled bed from an exponential",
-    ),
-    of(
-        "settled.distribution.above_two_means",
-        "single-grain stress: share above two means",
-        "1",
-        at(0.008),
-        "less than half of what parts the settled bed from an exponential",
-    ),
-    of(
-        "settled.distribution.gamma_shape",
-        "single-grain stress: Gamma shape",
-        "1",
-        at(0.15),
-        "less than two thirds of what parts the settled bed from an exponential",
-    ),
-    of(
-        "settled.distribution.weibull_shape",
-        "single-grain stress: Weibull shape",
-        "1",
-        None,
-        "goes with the other numbers of the shape",
-    ),
-    of(
-        "settled.coordination.rattlers",
-        "share of rattlers",
-        "1",
-        None,
-        "contacts that open and close at rest's threshold decide it; the paper says nothing of it",
-    ),
-    of(
-        "loaded.punch.depth",
-        "depth of the punch at the force",
-        "m",
-        None,
-        "varies by nearly half of its size from bed to bed",
-    ),
-];
-
-const fn height(key: &'static str, title: &'static str) -> Quantity {
-    of(key, title, "m", at(0.002), HEIGHT)
-}
-
-const fn porosity(key: &'static str, title: &'static str) -> Quantity {
-    of(key, title, "1", at(0.002), POROSITY)
-}
-
-const fn stress(key: &'static str, title: &'static str) -> Quantity {
-    of(key, title, "Pa", Some(Margin::OfMean(0.10)), STRESS)
-}
-
-const fn grain(key: &'static str, title: &'static str) -> Quantity {
-    of(key, title, "Pa", None, ONE_GRAIN)
-}
+/// In the order of tables: `quantities.json`, read.
+pub static QUANTITIES: LazyLock<Vec<Quantity>> = LazyLock::new(|| {
+    let text = include_str!("quantities.json");
+    serde_json::from_str(text).expect("it is a list of quantities")
+});
 
 /// How much more often or more rarely than the reference's may a method's punch miss the force, as a share of
 /// the realizations. Beds that are left out of a mean, were their stress as far off as all of it, move it by their share: a
 /// twentieth, half of what a mean's margin is.
 pub const MISSED: f64 = 0.05;
-
-const fn at(margin: f64) -> Option<Margin> {
-    Some(Margin::Absolute(margin))
-}
-
-const fn of(
-    key: &'static str,
-    title: &'static str,
-    unit: &'static str,
-    margin: Option<Margin>,
-    reason: &'static str,
-) -> Quantity {
-    Quantity {
-        key,
-        title,
-        unit,
-        margin,
-        reason,
-    }
-}
 
 /// Quantities with a margin.
 pub fn judged() -> impl Iterator<Item = &'static Quantity> {

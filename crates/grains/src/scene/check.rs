@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde_json::Value;
 
 use super::fill::{filled, filled_anyway};
-use super::paper_scene::OPEN_CHOICES;
+use super::paper_scene::open_choices;
 use super::problem::{Findings, Problem, line_and_column, misfits, remove, twice};
 use super::*;
 
@@ -205,11 +205,11 @@ fn impossible(scene: &Scene, given: &Value, problems: Vec<Problem>) -> Vec<Probl
     control_points(scene, &mut found);
     derived(scene, &mut found);
     let choice = |key: &str| format!("/choices/{}", key.replace('/', "~1"));
-    for (key, _) in OPEN_CHOICES {
+    for key in open_choices() {
         // A scene that gives no reasons is its own; one of before there was a choice means the default.
-        let means_default = *key == "/contact" && scene.contact == ContactLaw::default();
+        let means_default = key == "/contact" && scene.contact == ContactLaw::default();
         if !scene.choices.is_empty() && !means_default && found.is_sound(key) {
-            let reason = scene.choices.get(*key).map_or("", |reason| reason.trim());
+            let reason = scene.choices.get(key).map_or("", |reason| reason.trim());
             let holds = !reason.is_empty() && !reason.contains('\n');
             let wanted = "one line of reason: the paper leaves this open";
             found.unless(holds, &choice(key), &reason, wanted);
