@@ -58,7 +58,6 @@ pages! {
     determinism: "docs/determinism.md",
     engine_protocol: "docs/engine-protocol.md",
     explanation: "docs/explanation.md",
-    explanations: "docs/explanations.md",
     hardening: "docs/hardening.md",
     how_to: "docs/how-to.md",
     reference: "docs/reference.md",
