@@ -9,7 +9,7 @@ import os
 import sys
 
 from exchange import Refused, serve
-from law import pair_contacts, punch_contacts, stiffness, wall_contacts
+from law import pair_contacts, punch_contacts, refuse, refuse_inside, stiffness, wall_contacts
 from stages import run_case, run_scene
 
 # Where the environment is, if not in the usual place.
@@ -230,19 +230,9 @@ class Bed:
         job.moment(job.asked.get("stage", "settle"), self.step, motion, rows, punch)
 
 
-def refuse_inside(job):
-    """Its faces push from both sides."""
-    punch = job.asked.get("punch")
-    if punch is None:
-        return
-    for grain in job.grains:
-        away = (abs(grain[axis] - centre) for axis, centre in zip("xz", punch["centre"]))
-        if all(of <= half for of, half in zip(away, punch["half_extents"])):
-            raise Refused("the centre of a grain inside the punch")
-
-
 def in_program(runs):
     def run(job):
+        refuse(job)
         refuse_inside(job)
         return runs(job, lambda of: Bed(of, program()))
 

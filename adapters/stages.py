@@ -5,7 +5,6 @@ A run has `step`, `motion` (x, z, vx, vz of each grain first), `to(step)`, `to_r
 import copy
 
 from exchange import Clock, progress
-from law import refuse
 
 # The most steps between two signs of life.
 MOST_STEPS = 1000
@@ -95,7 +94,6 @@ def lower_punch(job):
 
 def run_scene(job, start):
     """Settle and load; the steps that were done. `start` starts the program with a job."""
-    refuse(job)
     asked, steps = job.asked, 0
     if asked["stage"] == "settle":
         run, stop = follow(job, Settling(job), start)
@@ -111,7 +109,6 @@ def run_scene(job, start):
 
 def run_case(job, start):
     """Go to each moment of a case; the steps that were done."""
-    refuse(job)
     run = start(job)
     for step in job.asked["moments"]:
         run.to(step)

@@ -154,7 +154,8 @@ rules! {
     slip_at_walls: SlipAtWalls, Friction,
         "the slip velocity at walls and punch" {
         AsSlip "as_slip": "as between grains", "YADE";
-        ContactPoint "contact_point": "v + ω × (point − centre) at the contact point", "LIGGGHTS";
+        ContactPoint "contact_point": "v + ω × (point − centre) at the contact point", "";
+        HalfOverlap "half_overlap": "v and R − u/2 times the spin", "LIGGGHTS";
         Unstretched "unstretched": "v and the whole radius times the spin", "LAMMPS";
     }
     torque_arms: Arms, Spins,
@@ -167,8 +168,8 @@ rules! {
     torque_arms_at_walls: ArmsAtWalls, Spins,
         "the arm of a torque at walls and punch" {
         AsPairs "as_pairs": "as between grains", "YADE";
-        HalfOverlap "half_overlap": "R − u/2", "YADE's facets";
-        ContactPoint "contact_point": "R − u", "LIGGGHTS";
+        HalfOverlap "half_overlap": "R − u/2", "YADE's facets, LIGGGHTS";
+        ContactPoint "contact_point": "R − u", "";
         WholeRadius "whole_radii": "R", "LAMMPS";
     }
     spring_turn: SpringTurn, Friction,
