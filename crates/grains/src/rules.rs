@@ -129,7 +129,7 @@ rules! {
     stiffness_mean: StiffnessMean, Radii,
         "the stiffness of a pair from those of its grains, E·R; it moves single contacts by the difference of radii, squared" {
         Harmonic "harmonic": "k_n = 2ab/(a + b)", "YADE, LIGGGHTS";
-        Arithmetic "arithmetic": "k_n = (a + b)/2", "ESyS-Particle, of many radii";
+        Arithmetic "arithmetic": "k_n = (a + b)/2", "ESyS-Particle";
         Geometric "geometric": "k_n = √(ab)", "";
         Smaller "smaller": "k_n = min(a, b)", "";
         Larger "larger": "k_n = max(a, b)", "";
