@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""LAMMPS as an engine of crossgrain: `pair_style granular` with Hookean springs, without friction.
+"""LAMMPS as an engine of crossgrain: `pair_style granular` with Hookean springs, tangential springs with history, and dashpots.
 
-Its friction with history is another one than the model's, whatever law.contact says, so there is none here. Of version 29 Sep 2021,
-`hooke` with `tangential linear_history`, at the overlap u:
+Its friction has rules of its own, whatever law.contact says, and it declares them. Of version 29 Sep 2021, `hooke` with `tangential
+linear_history`, at the overlap u:
 
 - Slip is (v2 - v1) - R1 w1 x n - R2 w2 x n along the surface. Corrected slip has (R1 + R2)/(R1 + R2 - u) times the difference of the
   velocities, contact point slip has arms shorter by u/2 on the spins: both differ by the share u/2R, some 3e-5 in a bed at rest.
@@ -10,10 +10,8 @@ Its friction with history is another one than the model's, whatever law.contact 
 - `fix wall/gran` has the whole radius as the arm of the torque, where the model has R - u/2 or R - u.
 - Arms between grains are R - u/2; the stiffnesses, the Coulomb limit and what a contact does in its first step are the model's.
 
-A trial with friction, spins damped by formulas and no friction at the punch was judged by `engine check --dispersion 0`: in the loose
-cloud, pouring and at rest it was 3.3e7, 2.6e7 and 4.7e6 times as far from the native engine as replicas. From a native engine that was
-given these three rules it was 1.46, 0.012 and 0.045 times as far: nothing else differs. Without rotation and with contact point slip
-the turning alone is left: 2.1e3, 3.7e3 and, at rest, where contacts hardly turn, 0.36 times.
+`damping velocity` is a dashpot in N s/m. Each `run` evaluates forces once without slip, and a spring that is longer than its limit allows
+then is cut, so a region that moves must have its velocity there too: that is why everything stands before the first step.
 
 `gran/hooke/history` of the timed beds has the same slip, whole radii as arms everywhere, and projects the spring: it shrinks by cos o.
 """

@@ -4,7 +4,8 @@ A run has `step`, `motion` (x, z, vx, vz of each grain first), `to(step)`, `to_r
 """
 import copy
 
-from exchange import Clock, progress
+from exchange import Clock, Refused, progress
+from law import has_friction
 
 # The most steps between two signs of life.
 MOST_STEPS = 1000
@@ -95,6 +96,8 @@ def lower_punch(job):
 def run_scene(job, start):
     """Settle and load; the steps that were done. `start` starts the program with a job."""
     asked, steps = job.asked, 0
+    if has_friction(job) and asked["stage"] == "settle" and asked["until_step"] is None and not asked["ends_settled"]:
+        raise Refused("settling that goes on into loading with friction: the program is started anew, without springs of contacts")
     if asked["stage"] == "settle":
         run, stop = follow(job, Settling(job), start)
         steps = run.step - job.first

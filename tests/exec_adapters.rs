@@ -245,7 +245,7 @@ fn native_friction() -> Vec<f64> {
     said
 }
 
-/// Why its adapter has no friction for whole scenes: it differs in four of seven numbers, by three rules.
+/// Why its adapter declares rules: it differs in four of seven numbers, by three of them.
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
 fn friction_in_lammps_has_no_stretched_slip_another_turning_and_whole_arms_at_walls() {
@@ -317,16 +317,17 @@ fn with_many_radii_both_have_classes_of_them_and_say_so() {
 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
-fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radius() {
+fn engine_check_finds_both_equal_to_rounding_under_their_rules_in_all_states_of_a_bed_of_one_radius()
+ {
     let folder = &folder_with(&narrow_scene(0.0));
     for name in ADAPTERS {
         let engine = adapter(name);
-        let check = ["engine", "check", &engine, "--quiet", "--dispersion", "0"];
-        let (text, _) = ends(folder, 0, &check);
+        let check = format!("engine check {engine} --quiet --grains 100 --dispersion 0");
+        let (text, _) = ends(folder, 0, &check.words());
         let states = text.matches("equal to rounding  ").count();
         has(&text, ["AGREED: Equal to rounding"]);
-        // Four without friction, two with other constants, a drawn law, and six as a scene.
-        assert_eq!(states, 13, "{text}");
+        // Four under each of four laws, eight with other constants and choices, 24 drawn laws, a large one, and eleven as a scene.
+        assert_eq!(states, 60, "{text}");
     }
 }
 
