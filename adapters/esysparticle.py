@@ -4,6 +4,8 @@
 Its step is the leapfrog, with velocities of the half step before the positions, as crossgrain has it. It is an MPI job
 of two processes, and `mpirun` listens on all addresses, so both have a network of their own, which nobody else sees.
 The master of the two runs this file anew.
+
+There is no friction: `RotFrictionPrms` has it between grains, but of its groups for walls and meshes none takes a friction coefficient.
 """
 import json
 import math

@@ -26,10 +26,14 @@ from law import dashpot, refuse, stiffness, tangents
 COMPUTES = [
     "compute between all property/local patom1 patom2 cutoff radius",
     "compute pushing all pair/local force p1 p2 p3 cutoff radius",
-    "compute known all reduce sum c_between[1] c_pushing[1]",
+    'variable local string ""',
+    'if "$(version) > 20230000" then \'variable local string "inputs local"\'',
+    "compute known all reduce sum c_between[1] c_pushing[1] ${local}",
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
 PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]"
+# Set, it makes walls of the older style, which means the same and is another piece of the program.
+OLD_WALLS = "CROSSGRAIN_LAMMPS_OLD_WALLS"
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
          "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip
 
@@ -41,6 +45,13 @@ def model(job, k, mass, tangent):
         sticking = "linear_history %s 0.0 %s" % (number(law["stiffness_ratio"] * k), number(tangent))
     cut = " limit_damping" * (law["contact"]["viscosity"].get("tension") == "clipped")
     return "hooke %s %s tangential %s damping velocity%s" % (number(k), number(dashpot(job, k, mass)), sticking, cut)
+
+
+def old_model(job, k, mass, tangent):
+    """The same law of a wall in the words of `fix wall/gran hooke/history`, whose dashpots are multiplied by the mass."""
+    law = job.model["law"]
+    numbers = (k, law["stiffness_ratio"] * k, dashpot(job, k, mass) / mass, 0.0, tangent)
+    return "%s %s %s %s %s 1" % tuple(map(number, numbers)) + " limit_damping" * (law["contact"]["viscosity"].get("tension") == "clipped")
 
 
 def script(run):
@@ -58,7 +69,8 @@ def script(run):
             mass = classes.masses[one] * classes.masses[two] / (classes.masses[one] + classes.masses[two])
             law = model(job, stiffness(modulus, radius1, radii[two]), mass, between)
             lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, law))
-    flat = [("gran granular", at_walls, "%splane %s NULL" % ({"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])))
+    wall_style, wall_model = ("hooke/history", old_model) if os.environ.get(OLD_WALLS) else ("granular", model)
+    flat = [("gran " + wall_style, at_walls, "%splane %s NULL" % ({"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])))
             for wall in job.model["walls"]]  # fmt: skip
     of_punch = []
     if job.asked.get("punch") is not None:
@@ -68,7 +80,9 @@ def script(run):
         lines.append("group class_%d type %d" % (kind, kind + 1))
         lines.append("group class_%d intersect class_%d grains" % (kind, kind))
         for index, (style, tangent, place) in enumerate(flat):
-            name, law = "flat_%d_%d" % (index, kind), model(job, stiffness(modulus, radius, radius), classes.masses[kind], tangent)
+            in_words = wall_model if index < len(job.model["walls"]) else model
+            law = in_words(job, stiffness(modulus, radius, radius), classes.masses[kind], tangent)
+            name = "flat_%d_%d" % (index, kind)
             lines.append("fix %s class_%d wall/%s %s %s contacts" % (name, kind, style, law, place))
             run.flat.append((index, "f_%s[2]" % name, "f_%s[3]" % name))
             of_punch += ["f_%s[3]" % name] * (index == len(job.model["walls"]))
