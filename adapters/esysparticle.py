@@ -4,6 +4,8 @@
 Its step is the leapfrog, with velocities of the half step before the positions, as crossgrain has it. It is an MPI job
 of two processes, and `mpirun` listens on all addresses, so both have a network of their own, which nobody else sees.
 The master of the two runs this file anew.
+
+There is no friction: `RotFrictionPrms` has it between grains, but of its groups for walls and meshes none takes a friction coefficient.
 """
 import json
 import math
@@ -14,7 +16,7 @@ import sys
 
 from apart import alone, mpirun, surroundings
 from exchange import Clock, Job, Refused, progress, serve
-from law import pair_contacts, refuse, stiffness, wall_contacts
+from law import pair_contacts, refuse, wall_contacts
 
 HERE = os.path.abspath(sys.argv[0])
 # Tells the master the folder of its job.
@@ -24,14 +26,12 @@ ANSWER = "answer.json"
 NEEDED = {"esysparticle": "esys-particle", "mpirun": "openmpi-bin", "unshare": "util-linux"}
 PARTS = ["normal_spring", "local_damping", "gravity", "walls", "stop_rules", "cases"]
 APPROXIMATIONS = [
-    "in a bed of more than 20 radii the spring of two grains has the mean of both stiffnesses, E·(R1 + R2)/2, not both in series",
+    "the spring of two grains has the mean of both stiffnesses, E·(R1 + R2)/2, not both in series",
     "local damping goes by the sign of the velocity before the kick, not of that halfway through it, and spares what is at rest",
 ]
-RULES = {"damping_velocity": "before"}
+RULES = {"damping_velocity": "before", "stiffness_mean": "arithmetic"}
 # As the program has it, which multiplies the stiffness of a wall by it and the radius.
 PI = 3.141592654
-# The most radii whose pairs have a spring each.
-MOST_RADII = 20
 # Distance within which neighbours are listed, beyond touching, over the largest radius.
 SKIN = 0.2
 # The most cells of its grid along an axis.
@@ -55,20 +55,6 @@ def refuse_two_sides(job):
             raise Refused("grains on both sides of a wall")
 
 
-class Springs:
-    """The springs of pairs: one for each pair of radii where they are few."""
-
-    def __init__(self, job):
-        self.modulus, self.radii = job.model["law"]["modulus"], sorted({grain["radius"] for grain in job.grains})
-        self.exact = len(self.radii) <= MOST_RADII
-
-    def between(self, radius1, radius2):
-        """Stiffness in the program."""
-        if self.exact:
-            return stiffness(self.modulus, radius1, radius2)
-        return 0.5 * self.modulus * (radius1 + radius2)
-
-
 class Bed:
     """The grains in the program."""
 
@@ -77,8 +63,7 @@ class Bed:
         from esys.lsm.util import BoundingBox, Vec3
 
         self.job, self.program, self.step, model = job, program, job.first, job.model
-        springs = self.springs = Springs(job)
-        largest = springs.radii[-1]
+        largest = max(grain["radius"] for grain in job.grains)
         low, high = domain(job, 4.0 * largest)
         cell = max(2.0 * (1.0 + SKIN) * largest, *((above - below) / MOST_CELLS for below, above in zip(low, high)))
         program.initNeighbourSearch("NRotSphere", cell, SKIN * largest)
@@ -89,18 +74,9 @@ class Bed:
         for index, grain in enumerate(job.grains):
             spheres.append(NRotSphere(index, Vec3(grain["x"], grain["z"], 0.0), grain["radius"], grain["mass"]))
             spheres[-1].setLinearVelocity(Vec3(grain["vx"], grain["vz"], 0.0))
-            spheres[-1].setTag(springs.radii.index(grain["radius"]) if springs.exact else 0)
         program.createParticles(spheres)
-        groups, every_bit = [], -1
-        if springs.exact:
-            pairs = [(one, two) for two in range(len(springs.radii)) for one in range(two + 1)]
-            for one, two in pairs:
-                k = springs.between(springs.radii[one], springs.radii[two])
-                group = NRotElasticPrms("springs %d %d" % (one, two), k, False)
-                program.createInteractionGroupTagged(group, one, every_bit, two, every_bit)
-        else:
-            # Scaled by a quarter of the sum of both radii.
-            groups.append(NRotElasticPrms("springs", 2.0 * springs.modulus, True))
+        # Scaled by a quarter of the sum of both radii.
+        groups = [NRotElasticPrms("springs", 2.0 * model["law"]["modulus"], True)]
         groups.append(GravityPrms("gravity", Vec3(*model["gravity"], 0.0)))
         for index, wall in enumerate(model["walls"]):
             name, axis = "wall %d" % index, "xz".index(wall["axis"])
@@ -108,7 +84,7 @@ class Bed:
             place, normal = [0.0] * 3, [0.0] * 3
             place[axis], normal[axis] = wall["place"], side
             program.createWall(name, Vec3(*place), Vec3(*normal))
-            groups.append(NRotElasticWallPrms("springs of " + name, name, springs.modulus / PI))
+            groups.append(NRotElasticWallPrms("springs of " + name, name, model["law"]["modulus"] / PI))
         if model["alpha"] != 0.0:
             groups.append(LocalDampingPrms("damping", model["alpha"]))
         for group in groups:
@@ -128,7 +104,8 @@ class Bed:
 
     def show(self, motion):
         radius, places = lambda grain: self.job.grains[grain]["radius"], [of[:2] for of in motion]
-        rows = pair_contacts(self.job, lambda one, two: self.springs.between(radius(one), radius(two)), places)
+        modulus = self.job.model["law"]["modulus"]
+        rows = pair_contacts(self.job, lambda one, two: 0.5 * modulus * (radius(one) + radius(two)), places)
         self.job.moment("settle", self.step, motion, rows + wall_contacts(self.job, radius, places))
 
 

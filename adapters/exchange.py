@@ -66,8 +66,8 @@ class Job:
         settle = self.asked["settle"]
         if step % settle["check_every"] == 0:
             energy = 0.0
-            for grain, (_, _, vx, vz) in zip(self.grains, motion):
-                energy += 0.5 * grain["mass"] * (vx * vx + vz * vz)
+            for grain, (_, _, vx, vz, *spin) in zip(self.grains, motion):
+                energy += 0.5 * grain["mass"] * (vx * vx + vz * vz) + sum(0.5 * grain["inertia"] * of * of for of in spin)
             memory["peak"] = max(memory.get("peak", self.asked["energy_seen"]), energy)
             fraction = settle["kinetic_energy_fraction"]
             if energy <= fraction * memory["peak"]:

@@ -12,8 +12,8 @@ import subprocess
 import tempfile
 
 import apart
-from exchange import serve
-from law import punch_contacts, stiffness, wall_contacts
+from exchange import Refused, serve
+from law import has_friction, punch_contacts, refuse_inside, rotates, stiffness, tangents, wall_contacts
 from stages import run_case, run_scene
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
@@ -27,7 +27,12 @@ APPROXIMATION = (
     "classes' middle radii" % MOST_CLASSES
 )
 FORMS = [{"classes_of_radius": MOST_CLASSES}]
-PARTS = ["normal_spring", "local_damping", "gravity", "walls", "punch", "stop_rules", "cases", "timing"]
+PARTS = [
+    "normal_spring", "tangential_spring", "wall_friction", "rotation", "dashpots", "local_damping", "gravity", "walls", "punch",
+    "stop_rules", "cases", "timing",
+]  # fmt: skip
+# Steps that the programs make before the first one.
+BEFORE = 1
 # Drag over the root of mean mass times stiffness: about the dissipation that Cundall's damping gives a settled bed.
 DRAG = 0.016
 
@@ -49,6 +54,10 @@ class Classes:
             low, width = radii[0], (radii[-1] - radii[0]) / MOST_CLASSES
             self.radii = [low + (index + 0.5) * width for index in range(MOST_CLASSES)]
             self.of = [min(int((grain["radius"] - low) / width), MOST_CLASSES - 1) for grain in grains]
+        of_class = [[grain["mass"] for grain, kind in zip(grains, self.of) if kind == one] for one in range(len(self.radii))]
+        self.masses = [max(of, default=1.0) for of in of_class]
+        # Whether a class has grains of several masses.
+        self.mixed = any(min(of) < max(of) for of in of_class if of)
 
     def __len__(self):
         return len(self.radii)
@@ -151,8 +160,8 @@ def write_data(path, job, classes, types, density):
     punch = job.asked.get("punch")
     if punch is not None:
         bodies.append((body_of(punch, grains[0]), classes.of[0]))
-        places["x"].append(punch["centre"][0])
-        places["z"].append(punch["centre"][1])
+        for axis, centre, half in zip("xz", punch["centre"], punch["half_extents"]):
+            places[axis] += [centre - half, centre + half]
     rise = 0.0
     if job.kind == "scene":
         fastest = max(grain["vx"] ** 2 + grain["vz"] ** 2 for grain in grains)
@@ -161,7 +170,9 @@ def write_data(path, job, classes, types, density):
     high = [max(places[axis]) + 4.0 * largest + rise for axis in "xz"]
     lines = ["crossgrain", "", "%d atoms" % len(bodies), "%d atom types" % types, ""]
     lines += ["%s %s xlo xhi" % (number(low[0]), number(high[0])), "%s %s ylo yhi" % (number(low[1]), number(high[1]))]
-    lines += ["%s %s zlo zhi" % (number(-1.2 * largest), number(1.2 * largest)), "", "Atoms", ""]
+    # LIGGGHTS wants room around the punch, or fails in setting it up.
+    deep = 1.2 * largest if punch is None else 4.0 * max(largest, *punch["half_extents"])
+    lines += ["%s %s zlo zhi" % (number(-deep), number(deep)), "", "Atoms", ""]
     for index, (grain, kind) in enumerate(bodies):
         radius = grain["radius"]
         numbers = (2.0 * radius, grain["mass"] / density(radius), grain["x"], grain["z"])
@@ -197,66 +208,48 @@ def bed(job, classes, style, communication):
     edges = "m m p" if job.kind == "case" else "f f p"
     lines = ["clear", "units si", "dimension 2", "atom_style " + style, "atom_modify map array sort 0 0", "boundary " + edges]
     lines += ["newton off", communication, "read_data data"]
-    lines += masses(job, classes)
+    lines += [*masses(job, classes), "group grains id <= %d" % len(job.grains)]
+    if job.asked.get("punch") is not None:
+        lines += ["group punch id %d" % (len(job.grains) + 1), "neigh_modify exclude group punch all"]
+        lines.append("fix alone punch setforce 0.0 0.0 0.0")
+    lines += ["timestep %s" % number(job.model["dt"]), "thermo 1000000000"]
     return lines + ["neighbor %s bin" % number(SKIN * max(classes.radii)), "neigh_modify delay 0 every 1 check yes"]
 
 
-def push(job):
-    """Commands of the punch: its force on each grain by its law, a formula of the grain's place.
-
-    Across the plane there are no forces, so that component keeps first the grain's distance from the punch (below 0
-    inside), which the formulas would else work out many times over, and then the force upwards, for its sum.
-    """
-    punch, count = job.asked.get("punch"), len(job.grains)
-    commands = ["group grains id <= %d" % count]
-    if punch is None:
-        return commands
-    commands += ["group punch id %d" % (count + 1), "neigh_modify exclude group punch all"]
-    commands += ["fix alone punch setforce 0.0 0.0 0.0", "compute radius all property/atom radius"]
-    places = (number(punch["centre"][0]), "y[%d]" % (count + 1))
-    for axis, place, half in zip("xy", places, map(number, punch["half_extents"])):
-        commands += [
-            'variable from_%s atom "%s - (%s)"' % (axis, axis, place),
-            'variable past_%s atom "abs(v_from_%s) - %s"' % (axis, axis, half),
-            'variable out_%s atom "v_past_%s*(v_past_%s > 0.0)"' % (axis, axis, axis),
-        ]
-    # Which face is nearest for a grain inside: 1 across, 0 up.
-    commands.append('variable across atom "v_past_x >= v_past_y"')
-    commands.append(
-        'variable apart atom "sqrt(v_out_x*v_out_x + v_out_y*v_out_y)'
-        ' + (v_past_x <= 0.0)*(v_past_y <= 0.0)*(v_across*v_past_x + (1.0 - v_across)*v_past_y)"'
-    )
-    # Outside the force over the distance, which makes a unit vector of `out`; inside the force.
-    modulus = number(job.model["law"]["modulus"])
-    commands.append('variable strength atom "(fz < c_radius)*%s*c_radius*(c_radius - fz)/(fz + (fz <= 0.0)*(1.0 - fz))"' % modulus)
-    for axis, here in zip("xy", ("v_across", "(1.0 - v_across)")):
-        commands.append(
-            'variable push_%s atom "v_strength*((v_from_%s > 0.0) - (v_from_%s <= 0.0))*(v_out_%s + (fz <= 0.0)*%s)"'
-            % (axis, axis, axis, axis, here)
-        )
-    return commands + [
-        "fix apart grains setforce NULL NULL v_apart",
-        "fix push grains addforce v_push_x v_push_y 0.0",
-        "fix told grains setforce NULL NULL v_push_y",
+def spins(job, folder):
+    """Formulas of what turns the grains between two steps, as the programs' own integrators know neither damping nor other inertias
+    than those of balls and discs."""
+    with open(os.path.join(folder, "inertia"), "w", encoding="utf-8") as file:
+        inertias = [grain["inertia"] for grain in job.grains] + [1.0] * (job.asked.get("punch") is not None)
+        file.write("%d\n" % len(inertias))
+        file.writelines("%d %s\n" % (index + 1, number(of)) for index, of in enumerate(inertias))
+    dt, alpha = (number(job.model[name]) for name in ("dt", "alpha"))
+    return [
+        "variable inertia atomfile inertia",
+        'variable turn atom "f_kept[1]/v_inertia"',
+        'variable turning atom "v_turn*(f_kept[2] + 0.5*%s*v_turn)"' % dt,
+        'variable spin atom "f_kept[2] + %s*v_turn*(1.0 - %s*((v_turning > 0.0) - (v_turning < 0.0)))"' % (dt, alpha),
     ]
 
 
-def motion(job):
-    """Commands of the leapfrog with Cundall's damping: the force is given its sign rule at the half step's velocity."""
-    model, first = job.model, job.first
+def motion(job, folder, looks=False):
+    """Commands of the leapfrog with Cundall's damping: the force is given its sign rule at the half step's velocity, where forces of
+    pairs may be looked at too. In a first step nothing moves yet: the programs give contacts the slip
+    of a step within whole steps alone, and the model does so at the start too. From then on the program is one step ahead."""
+    model, begun = job.model, job.first + BEFORE
     half, alpha = number(0.5 * model["dt"]), number(model["alpha"])
-    commands = ["timestep %s" % number(model["dt"]), "fix move all nve", *push(job)]
-    commands.append('variable once equal "1.0 + (step < %d)"' % (first + 1))
+    commands = ["group moving subtract all all", "fix move moving nve", "fix kept grains store/state 1 tqz omegaz"]
+    commands += ["variable looked equal c_known[1]"] * looks + ['variable once equal "1.0 + (step < %d)"' % (begun + 1)]
     for axis, pull in zip("xy", model["gravity"]):
         commands += [
-            'variable force_%s atom "f%s + mass*(%s)"' % (axis, axis, number(pull)),
+            'variable force_%s atom "f%s + mass*(%s)%s"' % (axis, axis, number(pull), " + 0.0*v_looked" * looks),
             'variable power_%s atom "v_force_%s*(v%s + %s*v_force_%s/mass)"' % (axis, axis, axis, half, axis),
             'variable damped_%s atom "v_once*v_force_%s*(1.0 - %s*((v_power_%s > 0.0) - (v_power_%s < 0.0)))"'
             % (axis, axis, alpha, axis, axis),
             'variable half_%s atom "v%s - %s*f%s/mass"' % (axis, axis, half, axis),
         ]
     commands += ["fix damp grains setforce v_damped_x v_damped_y NULL", "fix plane all enforce2d"]
-    return commands + ["reset_timestep %d" % first, "thermo_style custom step", "thermo 1000000000"]
+    return [*commands, *(spins(job, folder) if rotates(job) else []), "run %d post no" % BEFORE]
 
 
 def read_rows(path):
@@ -268,7 +261,7 @@ def read_rows(path):
 
 
 def dumps(pairs, form, motion="v_half_x v_half_y"):
-    """Commands that write a moment: the atoms, and `pairs`, the columns of two ids and the force between them."""
+    """Commands that write a moment: the atoms, and `pairs`, the columns of two ids and what acts between them."""
     atoms, of_pairs = "x y " + motion, " ".join(["%.17g"] * len(pairs.split()))
     return [
         'write_dump all custom grains id %s modify %s "%%d%s"' % (atoms, form, " %.17g" * len(atoms.split())),
@@ -277,20 +270,22 @@ def dumps(pairs, form, motion="v_half_x v_half_y"):
 
 
 def read_moment(job, folder):
-    """What `dumps` wrote: (x, z, vx, vz), and the spin if asked for, of each atom by its id, the grains first, and (i, j, force) of pairs."""
+    """What `dumps` wrote: of each atom by its id, the grains first, its place and what follows, and of pairs (i, j) and what follows."""
     atoms, pairs = (read_rows(os.path.join(folder, name)) for name in ("grains", "pairs"))
     if len(atoms) < len(job.grains):
         raise RuntimeError("grains were lost: %d of %d are left" % (len(atoms), len(job.grains)))
     atoms.sort(key=lambda row: int(row[0]))
-    forces = [(int(row[0]) - 1, int(row[1]) - 1, math.hypot(*map(float, row[2:]))) for row in pairs]
-    return [tuple(map(float, row[1:])) for row in atoms], forces
+    pairs = [(int(row[0]) - 1, int(row[1]) - 1, *map(float, row[2:])) for row in pairs]
+    return [tuple(map(float, row[1:])) for row in atoms], pairs
 
 
-def contacts(job, classes, places, pairs):
-    """Rows of contacts. `pairs` has (i, j, force) of grains as the program says; the rows have the force that the law
-    gives to the overlap, so that both programs write the same bits, and it must be the program's up to rounding."""
+def contacts(job, classes, places, pairs, rich=False):
+    """Rows of contacts of grains. `pairs` has (i, j, force) as the program says. The rows have the force that the law gives to the
+    overlap, so that both programs write the same bits, and it must be the program's up to rounding; of a rich law `pairs` has the
+    force on the grain j across and up, before it what belongs to the normal if that is told apart, and the rows have these."""
     grains, rows, modulus = job.grains, [], job.model["law"]["modulus"]
-    for one, two, said in pairs:
+    for one, two, *said in pairs:
+        sign = -1.0 if one < two else 1.0
         one, two = min(one, two), max(one, two)
         (x1, z1), (x2, z2) = places[one], places[two]
         dx, dz = x2 - x1, z2 - z1
@@ -300,32 +295,72 @@ def contacts(job, classes, places, pairs):
             continue
         normal, arm = (dx / distance, dz / distance), grains[one]["radius"] - 0.5 * overlap
         k = stiffness(modulus, classes.radii[classes.of[one]], classes.radii[classes.of[two]])
-        force = k * overlap
+        force = [k * overlap, 0.0]
+        if rich:
+            *push, across, up = said
+            force = along(normal, (sign * across, sign * up))
+            force = (force[0] + sum(push), force[1])
         # The overlap is a small difference of lengths: its rounding is theirs.
-        if not abs(said - force) <= ROUNDING * k * distance:
-            raise RuntimeError("grains %d and %d push with %r N, and the law says %r N" % (one, two, said, force))
-        rows.append((one, two, overlap, force, 0.0, *normal, x1 + arm * normal[0], z1 + arm * normal[1]))
-    rows += wall_contacts(job, lambda grain: classes.radii[classes.of[grain]], places)
+        elif not abs(math.hypot(*said) - force[0]) <= ROUNDING * k * distance:
+            raise RuntimeError("grains %d and %d push with %r N, and the law says %r N" % (one, two, said, force[0]))
+        rows.append((one, two, overlap, *force, *normal, x1 + arm * normal[0], z1 + arm * normal[1]))
     return rows
 
 
+def along(normal, force):
+    """The parts of a force along a normal and across it."""
+    return force[0] * normal[0] + force[1] * normal[1], force[1] * normal[0] - force[0] * normal[1]
+
+
 class Run:
-    """A job in the program: `script` gives the commands up to the first step, `written` are those that write a moment."""
+    """A job in the program; `words` are what the program calls things."""
 
-    def __init__(self, job, name, folder, script, written):
-        self.job, self.folder, self.written = job, folder, written
-        self.classes, self.step = Classes(job.grains), job.first
-        self.program = Program(name, ["-log", "none", "-nocite"], folder)
-        self.does([*script(job, self.classes, folder), "run 0 post no"])
+    def __init__(self, job, words, folder):
+        refuse_inside(job)
+        self.job, self.words, self.folder, self.step = job, words, folder, job.first
+        self.classes, self.turns = Classes(job.grains), rotates(job)
+        self.dashes = job.model["law"]["contact"]["viscosity"]["kind"] != "none"
+        # Whether forces of pairs are looked at while velocities are those of the half step, or velocities are given back then.
+        self.looks = self.dashes and not words.before
+        self.rich = self.dashes or has_friction(job)
+        if self.classes.mixed and job.model["law"]["contact"]["viscosity"]["kind"] == "restitution":
+            raise Refused("a restitution of grains of one radius and several masses, or of more than %d radii" % MOST_CLASSES)
+        self.program = Program(words.program, ["-log", "none", "-nocite"], folder)
+        # The columns of what walls and punch do, by their numbers, and what is summed at the last step of each run.
+        self.flat, self.sums = [], []
+        # The velocities that a start gives are those of the half step.
+        self.does([*words.script(self), *motion(job, folder, self.looks)], "vx vy")
+        self.program.does("group moving union all" + "\nvariable looked equal 0.0" * self.looks)
 
-    def does(self, commands):
-        heard = self.program.does("\n".join([*commands, *self.written]))
-        self.motion, self.pairs = read_moment(self.job, self.folder)
+    def does(self, commands, moves="v_half_x v_half_y"):
+        """Commands, and then those that write the moment."""
+        flat = "".join(" " + column for _, *columns in self.flat for column in columns) if self.rich else ""
+        shown = dumps(self.words.pairs[self.rich], self.words.form, moves + " omegaz" * self.turns + flat)
+        if self.dashes and moves != "vx vy":
+            shown[1:] = [*self.words.before, shown[1], *self.words.after]
+        heard = self.program.does("\n".join([*commands, *shown]))
+        moved, self.pairs = read_moment(self.job, self.folder)
+        at = 4 + self.turns
+        # Across the plane spins have the other sign.
+        self.motion = [(*of[:4], *(-spin for spin in of[4:at])) for of in moved]
+        self.on_flat = [of[at:] for of in moved]
         return heard
+
+    def steps(self, count):
+        """Commands of so many steps; spins are turned before each, and at the last one forces of pairs are looked at."""
+        run = ["run %d pre no post no" % count]
+        if self.turns:
+            run = count * [self.words.turn, "run 1 pre no post no"]
+        elif self.looks and count > 1:
+            run = ["run %d pre no post no" % (count - 1), "run 1 pre no post no"]
+        if self.looks:
+            run.insert(-1, 'variable looked equal "c_known[1]"')
+            run += ["variable looked equal 0.0"]
+        return run
 
     def to(self, step):
         if step > self.step:
-            self.does(["run %d pre no post no" % (step - self.step)])
+            self.does(self.steps(step - self.step))
             self.step = step
 
     def to_rule(self, step):
@@ -335,19 +370,18 @@ class Run:
         depth = "%s - (y[%d] - %s)" % (number(punch["start"]), len(self.job.grains) + 1, number(punch["half_extents"][1]))
         heard = self.does(
             [
-                'variable force equal "-f_damp[3]"',
                 'variable reached equal "v_force >= %s"' % number(loading["target_force"]),
                 'variable deep equal "%s >= %s"' % (depth, number(loading["give_up_depth"])),
-                'variable goes equal "(step < %d)*(1 - v_reached)*(1 - v_deep)"' % step,
+                'variable goes equal "(step < %d)*(1 - v_reached)*(1 - v_deep)"' % (step + BEFORE),
                 "variable now equal step",
                 "label again",
-                "run 1 pre no post no",
+                *self.steps(1),
                 'if "${goes} > 0" then "jump commands again"',
                 'print "crossgrain: at ${now} ${reached} ${deep} ${force}"',
             ]
         )
         now, reached, deep, force = next(line.split()[2:] for line in heard if line.startswith("crossgrain: at"))
-        self.step = int(now)
+        self.step = int(now) - BEFORE
         return reached != "0", deep != "0", float(force)
 
     def stop_punch(self):
@@ -360,16 +394,25 @@ class Run:
         """Write the moment."""
         job, grains, punch = self.job, self.job.grains, None
         motion, places = self.motion[: len(grains)], [of[:2] for of in self.motion]
-        if self.step == job.first:  # The force there is the doubled one, and the start is known.
-            motion = [(grain["x"], grain["z"], grain["vx"], grain["vz"]) for grain in grains]
-        rows = contacts(job, self.classes, places[: len(grains)], self.pairs)
+        rows = wall_contacts(job, lambda grain: self.classes.radii[self.classes.of[grain]], places[: len(grains)])
         if job.asked["punch"] is not None:
-            centre, velocity = places[-1], self.motion[-1][3]
-            pushed = punch_contacts(job, centre, places[:-1])
-            force = -sum(row[3] * row[6] for row in pushed)
-            punch = {"centre": centre, "start": job.asked["punch"]["start"], "velocity": velocity, "force": force}
-            rows += pushed
+            rows += punch_contacts(job, places[-1], places[: len(grains)])
+        if self.rich:
+            rows = [self.told(row) for row in rows]
+        if job.asked["punch"] is not None:
+            force = -sum(row[3] * row[6] + row[4] * row[5] for row in rows if row[0] == len(grains) + len(job.model["walls"]))
+            punch = {"centre": places[-1], "start": job.asked["punch"]["start"], "velocity": self.motion[-1][3], "force": force}
+        rows += contacts(job, self.classes, places[: len(grains)], self.pairs, self.rich)
         job.moment(job.asked.get("stage", "settle"), self.step, motion, rows, punch)
+
+    def told(self, row):
+        """A row of a wall or the punch with the force that the program tells."""
+        of, grain, overlap, _, _, *where = row
+        force, told = [0.0, 0.0], self.on_flat[grain]
+        for at, (index, *_) in enumerate(self.flat):
+            if index == of - len(self.job.grains):
+                force = [force[0] + told[2 * at], force[1] + told[2 * at + 1]]
+        return (of, grain, overlap, *along(where[:2], force), *where)
 
 
 def steps_by_its_clock(job, name, script):
@@ -417,17 +460,29 @@ def loop_time(log, steps):
     return seconds, share and float(share[1]) / 100.0 or None
 
 
-def serve_program(title, name, package, script, written, timing):
-    """Be the engine: `script` and `written` are those of `Run`, `timing` that of `steps_by_its_clock`."""
+class Words:
+    """What a program calls things: its name, the commands of a bed up to the first step (`script`), columns of pairs under springs
+    alone and under another law (`pairs`), how it is told digits (`form`) and spins (`turn`), and commands around those that write
+    pairs under a law with dashpots."""
+
+    def __init__(self, program, script, pairs, form, turn, before=(), after=()):
+        self.program, self.script, self.pairs, self.form, self.turn = program, script, pairs, form, turn
+        self.before, self.after = before, after
+
+
+def serve_program(title, package, words, rules, timing, more=()):
+    """Be the engine; `timing` is that of `steps_by_its_clock`, `more` are approximations of this program alone."""
+    name = words.program
 
     def description():
         find(name, package)
-        return {"name": title, "version": version(name), "parts": PARTS, "approximations": [APPROXIMATION], "forms": FORMS}
+        said = {"protocol": 2, "name": title, "version": version(name), "parts": PARTS, "approximations": [APPROXIMATION, *more]}
+        return dict(said, forms=FORMS, rules=rules)
 
     def in_folder(runs):
         def run(job):
             with tempfile.TemporaryDirectory(dir=job.folder) as folder:
-                return runs(job, lambda of: Run(of, name, folder, script, written))
+                return runs(job, lambda of: Run(of, words, folder))
 
         return run
 

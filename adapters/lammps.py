@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""LAMMPS as an engine of crossgrain: `pair_style granular` with Hookean springs, without friction.
+"""LAMMPS as an engine of crossgrain: `pair_style granular` with Hookean springs, tangential springs with history, and dashpots.
 
-Its friction with history is another one than the model's, whatever law.contact says, so there is none here. Of version 29 Sep 2021,
-`hooke` with `tangential linear_history`, at the overlap u:
+Its friction has rules of its own, whatever law.contact says, and it declares them. Of version 29 Sep 2021, `hooke` with `tangential
+linear_history`, at the overlap u:
 
 - Slip is (v2 - v1) - R1 w1 x n - R2 w2 x n along the surface. Corrected slip has (R1 + R2)/(R1 + R2 - u) times the difference of the
   velocities, contact point slip has arms shorter by u/2 on the spins: both differ by the share u/2R, some 3e-5 in a bed at rest.
@@ -10,10 +10,8 @@ Its friction with history is another one than the model's, whatever law.contact 
 - `fix wall/gran` has the whole radius as the arm of the torque, where the model has R - u/2 or R - u.
 - Arms between grains are R - u/2; the stiffnesses, the Coulomb limit and what a contact does in its first step are the model's.
 
-A trial with friction, spins damped by formulas and no friction at the punch was judged by `engine check --dispersion 0`: in the loose
-cloud, pouring and at rest it was 3.3e7, 2.6e7 and 4.7e6 times as far from the native engine as replicas. From a native engine that was
-given these three rules it was 1.46, 0.012 and 0.045 times as far: nothing else differs. Without rotation and with contact point slip
-the turning alone is left: 2.1e3, 3.7e3 and, at rest, where contacts hardly turn, 0.36 times.
+`damping velocity` is a dashpot in N s/m. Each `run` evaluates forces once without slip, and a spring that is longer than its limit allows
+then is cut, so a region that moves must have its velocity there too: that is why everything stands before the first step.
 
 `gran/hooke/history` of the timed beds has the same slip, whole radii as arms everywhere, and projects the spring: it shrinks by cos o.
 """
@@ -22,41 +20,91 @@ import os
 
 import granular
 from granular import number
-from law import refuse, stiffness
-
-SPRING = "hooke %s 0.0 tangential linear_nohistory 0.0 0.0 damping mass_velocity"
+from law import dashpot, refuse, stiffness, tangents
 
 # What is asked of pairs of grains. The sum is never looked at: with it in the line of the last step, they can be written.
-PAIRS = "c_between[1] c_between[2] c_pushing"
 COMPUTES = [
     "compute between all property/local patom1 patom2 cutoff radius",
-    "compute pushing all pair/local force cutoff radius",
-    "compute known all reduce sum c_between[1] c_pushing",
-    "thermo_style custom step c_known[1]",
+    "compute pushing all pair/local force p1 p2 p3 cutoff radius",
+    'variable local string ""',
+    'if "$(version) > 20230000" then \'variable local string "inputs local"\'',
+    "compute known all reduce sum c_between[1] c_pushing[1] ${local}",
 ]
+IDS = "c_between[1] c_between[2] c_pushing[1]"
+PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]"
+# Set, it makes walls of the older style, which means the same and is another piece of the program.
+OLD_WALLS = "CROSSGRAIN_LAMMPS_OLD_WALLS"
+RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
+         "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip
 
 
-def script(job, classes, folder):
+def model(job, k, mass, tangent):
+    """The law in the program's words."""
+    law, sticking = job.model["law"], "linear_nohistory 0.0 0.0"
+    if tangent > 0.0:
+        sticking = "linear_history %s 0.0 %s" % (number(law["stiffness_ratio"] * k), number(tangent))
+    cut = " limit_damping" * (law["contact"]["viscosity"].get("tension") == "clipped")
+    return "hooke %s %s tangential %s damping velocity%s" % (number(k), number(dashpot(job, k, mass)), sticking, cut)
+
+
+def old_model(job, k, mass, tangent):
+    """The same law of a wall in the words of `fix wall/gran hooke/history`, whose dashpots are multiplied by the mass."""
+    law = job.model["law"]
+    numbers = (k, law["stiffness_ratio"] * k, dashpot(job, k, mass) / mass, 0.0, tangent)
+    return "%s %s %s %s %s 1" % tuple(map(number, numbers)) + " limit_damping" * (law["contact"]["viscosity"].get("tension") == "clipped")
+
+
+def script(run):
     """Everything up to the first step."""
+    job, classes = run.job, run.classes
     modulus, radii = job.model["law"]["modulus"], classes.radii
+    between, at_walls, at_punch = tangents(job)
     granular.write_data(
-        os.path.join(folder, "data"), job, classes, len(classes), lambda radius: 4.0 / 3.0 * math.pi * radius**3
+        os.path.join(run.folder, "data"), job, classes, len(classes), lambda radius: 4.0 / 3.0 * math.pi * radius**3
     )
     lines = granular.bed(job, classes, "sphere", "comm_modify vel yes")
-    lines.append("pair_style granular")
+    lines += ["reset_timestep %d" % job.first, "pair_style granular"]
     for one, radius1 in enumerate(radii):
         for two in range(one, len(radii)):
-            spring = SPRING % number(stiffness(modulus, radius1, radii[two]))
-            lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, spring))
-    for kind in range(len(radii)):
+            mass = classes.masses[one] * classes.masses[two] / (classes.masses[one] + classes.masses[two])
+            law = model(job, stiffness(modulus, radius1, radii[two]), mass, between)
+            lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, law))
+    wall_style, wall_model = ("hooke/history", old_model) if os.environ.get(OLD_WALLS) else ("granular", model)
+    flat = [("gran " + wall_style, at_walls, "%splane %s NULL" % ({"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])))
+            for wall in job.model["walls"]]  # fmt: skip
+    of_punch = []
+    if job.asked.get("punch") is not None:
+        lines += punch(job)
+        flat.append(("gran/region granular", at_punch, "region punch"))
+    for kind, radius in enumerate(radii):
         lines.append("group class_%d type %d" % (kind, kind + 1))
-    for index, wall in enumerate(job.model["walls"]):
-        axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
-        for kind, radius in enumerate(radii):
-            spring = SPRING % number(stiffness(modulus, radius, radius))
-            lines.append("fix wall_%d_%d class_%d wall/gran granular %s %splane %s NULL" % (index, kind, kind, spring, axis, place))
-    lines += granular.motion(job)
-    return lines + COMPUTES
+        lines.append("group class_%d intersect class_%d grains" % (kind, kind))
+        for index, (style, tangent, place) in enumerate(flat):
+            in_words = wall_model if index < len(job.model["walls"]) else model
+            law = in_words(job, stiffness(modulus, radius, radius), classes.masses[kind], tangent)
+            name = "flat_%d_%d" % (index, kind)
+            lines.append("fix %s class_%d wall/%s %s %s contacts" % (name, kind, style, law, place))
+            run.flat.append((index, "f_%s[2]" % name, "f_%s[3]" % name))
+            of_punch += ["f_%s[3]" % name] * (index == len(job.model["walls"]))
+    lines += COMPUTES
+    if of_punch:
+        lines.append("compute pushed grains reduce sum " + " ".join([*of_punch, "f_flat_0_0[3]"]))
+        total = " - ".join("c_pushed[%d]" % (index + 1) for index in range(len(of_punch)))
+        lines.append('variable force equal "-%s"' % total)
+        run.sums.append("c_pushed[1]")
+    return [*lines, "thermo_style custom step " + " ".join(run.sums + ["c_known[1]"] * (not run.looks))]
+
+
+def punch(job):
+    """Commands of the punch: a block that is pushed from outside, and goes where an atom goes that nothing pushes. A step before
+    the first one it is where it comes from, as the program makes a velocity of two places."""
+    (x, z), (across, up) = job.asked["punch"]["centre"], job.asked["punch"]["half_extents"]
+    back = "%s*(step <= %d)" % (number(job.asked["punch"]["velocity"] * job.model["dt"]), job.first)
+    sides = " ".join(map(number, (x - across, x + across, z - up, z + up)))
+    return [
+        'variable sunk equal "y[%d] - %s - %s"' % (len(job.grains) + 1, number(z), back),
+        "region punch block %s -9 9 units box side out move NULL v_sunk NULL" % sides,
+    ]
 
 
 def timing(job, classes, folder, k):
@@ -77,9 +125,10 @@ def timing(job, classes, folder, k):
         axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
         lines.append("fix wall_%d all wall/gran %s %splane %s NULL" % (index, law, axis, place))
     lines.append("fix move all " + move)
-    return lines, [*COMPUTES, "run 0 post no", *granular.dumps(PAIRS, "format line", motion)]
+    asks = [*COMPUTES, "thermo_style custom step c_known[1]", "run 0 post no"]
+    return lines, [*asks, *granular.dumps(PAIRS[0], "format line", motion)]
 
 
 if __name__ == "__main__":
-    written = granular.dumps(PAIRS, "format line")
-    granular.serve_program("LAMMPS", "lmp", "lammps", script, written, timing)
+    words = granular.Words("lmp", script, PAIRS, "format line", "set group grains omega 0.0 0.0 v_spin")
+    granular.serve_program("LAMMPS", "lammps", words, RULES, timing)

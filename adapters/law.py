@@ -9,6 +9,54 @@ def stiffness(modulus, radius1, radius2):
     return 2.0 * a * b / (a + b)
 
 
+def has_friction(job):
+    """Whether contacts bear tangential forces."""
+    return max(tangents(job)) > 0.0
+
+
+def tangents(job):
+    """tan φ between grains, at walls and at the punch."""
+    law = job.model["law"]
+    angles = [law.get(place) for place in ("friction_angle", "wall_friction_angle", "punch_friction_angle")]
+    return [math.tan(angles[0] if angle is None else angle) for angle in angles]
+
+
+def rotates(job):
+    return has_friction(job) and job.model["law"]["contact"]["rotation"] == "free"
+
+
+def dashpot(job, k, mass):
+    """c_n of a contact of this stiffness and effective mass."""
+    viscosity = job.model["law"]["contact"]["viscosity"]
+    if viscosity["kind"] == "restitution":
+        return 2.0 * damping_ratio(viscosity) * math.sqrt(mass * k)
+    return viscosity.get("c_n", 0.0)
+
+
+def damping_ratio(viscosity):
+    """ζ of a restitution. Where the dashpot may not pull, the grains part as soon as the force is zero (Schwager and Pöschel 2007)."""
+    e = viscosity["e_n"]
+    low = -math.log(e) / math.hypot(math.pi, math.log(e))
+    if viscosity["tension"] == "unclipped" or e == 1.0:
+        return low
+    high = 1.0
+    while clipped_restitution(high) > e:
+        low, high = high, 2.0 * high
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if clipped_restitution(middle) > e else (low, middle)
+    return 0.5 * (low + high)
+
+
+def clipped_restitution(ratio):
+    off = 1.0 - ratio * ratio
+    if abs(off) < 1.0e-12:
+        return math.exp(-2.0)
+    s = math.sqrt(abs(off))
+    angle = math.pi - math.atan2(2.0 * ratio * s, 1.0 - 2.0 * ratio * ratio) if off > 0.0 else 2.0 * math.log(ratio + s)
+    return math.exp(-(ratio / s) * angle)
+
+
 def refuse(job, has_friction=False):
     law = job.model["law"]
     if law["friction_angle"] > 0.0 and not has_friction:
@@ -17,6 +65,17 @@ def refuse(job, has_friction=False):
         raise Refused("friction of its own at walls or punch")
     if law["contact"]["viscosity"]["kind"] != "none":
         raise Refused("dashpots")
+
+
+def refuse_inside(job):
+    """Faces that push from outside alone."""
+    punch = job.asked.get("punch")
+    if punch is None:
+        return
+    for grain in job.grains:
+        away = (abs(grain[axis] - centre) for axis, centre in zip("xz", punch["centre"]))
+        if all(of <= half for of, half in zip(away, punch["half_extents"])):
+            raise Refused("the centre of a grain inside the punch")
 
 
 def pair_contacts(job, between, places):

@@ -4,8 +4,8 @@ A run has `step`, `motion` (x, z, vx, vz of each grain first), `to(step)`, `to_r
 """
 import copy
 
-from exchange import Clock, progress
-from law import refuse
+from exchange import Clock, Refused, progress
+from law import has_friction
 
 # The most steps between two signs of life.
 MOST_STEPS = 1000
@@ -95,8 +95,9 @@ def lower_punch(job):
 
 def run_scene(job, start):
     """Settle and load; the steps that were done. `start` starts the program with a job."""
-    refuse(job)
     asked, steps = job.asked, 0
+    if has_friction(job) and asked["stage"] == "settle" and asked["until_step"] is None and not asked["ends_settled"]:
+        raise Refused("settling that goes on into loading with friction: the program is started anew, without springs of contacts")
     if asked["stage"] == "settle":
         run, stop = follow(job, Settling(job), start)
         steps = run.step - job.first
@@ -111,7 +112,6 @@ def run_scene(job, start):
 
 def run_case(job, start):
     """Go to each moment of a case; the steps that were done."""
-    refuse(job)
     run = start(job)
     for step in job.asked["moments"]:
         run.to(step)

@@ -1,5 +1,5 @@
 //! What a check means, how it is computed, where that comes from and what usually breaks it, by the beginning of its id:
-//! `src/explain.md`, read.
+//! `explain.md`, read.
 
 use std::sync::LazyLock;
 
@@ -20,7 +20,7 @@ pub struct Explanation {
 
 /// All families.
 pub static EXPLANATIONS: LazyLock<Vec<Explanation>> = LazyLock::new(|| {
-    let families = include_str!("../src/explain.md").split("\n## `");
+    let families = include_str!("explain.md").split("\n## `");
     families.skip(1).map(Explanation::parse).collect()
 });
 

@@ -45,7 +45,7 @@ pub enum Verb {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Without --dispersion LAMMPS, LIGGGHTS and ESyS-Particle get a bed of one radius, for their adapters have a stiffness for each radius \
+    after_help = "Without --dispersion LAMMPS and LIGGGHTS get a bed of one radius, for their adapters have a stiffness for each radius \
     and only so many of them.\n\nExit codes: 0 all are identical or equal to rounding under the rules that they declare; 1 one differs; 3 undecided, \
     or one is not installed.\n\nExamples:\n  crossgrain engine table\n  crossgrain engine table --installed --out conformance\n  crossgrain engine table \
     lammps exec:./mine"

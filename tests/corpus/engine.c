@@ -121,7 +121,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(stiffness_mean, arithmetic) X(stiffness_mean, geometric) X(stiffness_mean, smaller) X(stiffness_mean, larger)    \
     X(wall_stiffness, rigid) X(wall_mass, half)                                                                        \
     X(slip, corrected) X(slip, contact_point) X(slip, unstretched)                                                     \
-    X(slip_at_walls, contact_point) X(slip_at_walls, unstretched)                                                      \
+    X(slip_at_walls, contact_point) X(slip_at_walls, half_overlap) X(slip_at_walls, unstretched)                       \
     X(torque_arms, half_overlap) X(torque_arms, contact_point) X(torque_arms, whole_radii)                             \
     X(torque_arms_at_walls, half_overlap) X(torque_arms_at_walls, contact_point) X(torque_arms_at_walls, whole_radii)  \
     X(spring_turn, keeps_length) X(spring_turn, projected) X(spring_turn, not_turned) X(slip_added, before_turn)       \
@@ -457,9 +457,10 @@ static void act(Contact *of, const Contact *old)
         /* At the punch only what is inside it is corrected, whatever is chosen. */
         bool correct = of_punch ? of->inside_punch && !dashpots : corrected, at_point = of_punch ? !correct : slips_at_point;
         if (flat && rule.slip_at_walls_contact_point) correct = false, at_point = true;
-        if (flat && rule.slip_at_walls_unstretched) correct = at_point = false;
+        if (flat && (rule.slip_at_walls_unstretched || rule.slip_at_walls_half_overlap)) correct = at_point = false;
         const local stretch = correct && !fault.slip_not_stretched ? OVER(r1 + r2, r1 + r2 - u) : 1;
-        local rolling = (flat ? 0 : one->v[2] * (at_point ? arm1 : r1)) + two->v[2] * (at_point ? arm2 : r2);
+        const local flat_arm = rule.slip_at_walls_half_overlap ? r2 - u / 2 : at_point ? arm2 : r2;
+        local rolling = flat ? two->v[2] * flat_arm : one->v[2] * (at_point ? arm1 : r1) + two->v[2] * (at_point ? arm2 : r2);
         if (fault.slip_without_spin) rolling = 0;
         const local relative[2] = {velocity[0] * stretch - rolling * nz, velocity[1] * stretch + rolling * nx};
         const local along = nx * relative[0] + nz * relative[1], way = -along * (local)dt;

@@ -535,7 +535,7 @@ impl Reference {
         match self.rules().slip_at_walls {
             SlipAtWalls::AsSlip => as_slip,
             SlipAtWalls::ContactPoint => Slip::ContactPoint,
-            SlipAtWalls::Unstretched => Slip::Unstretched,
+            SlipAtWalls::Unstretched | SlipAtWalls::HalfOverlap => Slip::Unstretched,
         }
     }
 
@@ -821,7 +821,10 @@ impl Reference {
         if touch.slip == Slip::ContactPoint {
             return at_contact_point(touch, on);
         }
-        let ([r1, r2], [nx, nz], [one, two]) = (touch.radii, touch.normal, on);
+        let ([mut r1, mut r2], [nx, nz], [one, two]) = (touch.radii, touch.normal, on);
+        if touch.first != Body::Grain && self.rules().slip_at_walls == SlipAtWalls::HalfOverlap {
+            [r1, r2] = [r1, r2].map(|radius| radius - 0.5 * touch.overlap);
+        }
         let stretch = match touch.slip {
             Slip::Unstretched => 1.0,
             _ => (r1 + r2) / (r1 + r2 - touch.overlap),

@@ -129,7 +129,7 @@ rules! {
     stiffness_mean: StiffnessMean, Radii,
         "the stiffness of a pair, k_s likewise, from those of its grains, E·R; it moves single contacts by the difference of radii, squared" {
         Harmonic "harmonic": "k_n = 2ab/(a + b)", "YADE, LIGGGHTS";
-        Arithmetic "arithmetic": "k_n = (a + b)/2", "ESyS-Particle, of many radii";
+        Arithmetic "arithmetic": "k_n = (a + b)/2", "ESyS-Particle";
         Geometric "geometric": "k_n = √(ab)", "";
         Smaller "smaller": "k_n = min(a, b)", "";
         Larger "larger": "k_n = max(a, b)", "";
@@ -154,7 +154,8 @@ rules! {
     slip_at_walls: SlipAtWalls, Friction,
         "the slip velocity at walls and punch" {
         AsSlip "as_slip": "as between grains; at the punch as the contract says", "YADE";
-        ContactPoint "contact_point": "v + ω × (point − centre) at the contact point", "LIGGGHTS";
+        ContactPoint "contact_point": "v + ω × (point − centre) at the contact point", "";
+        HalfOverlap "half_overlap": "v and R − u/2 times the spin", "LIGGGHTS";
         Unstretched "unstretched": "v and the whole radius times the spin", "LAMMPS";
     }
     torque_arms: Arms, Spins,
@@ -167,8 +168,8 @@ rules! {
     torque_arms_at_walls: ArmsAtWalls, Spins,
         "the arm of a torque at walls and punch" {
         AsPairs "as_pairs": "as between grains", "YADE";
-        HalfOverlap "half_overlap": "R − u/2", "YADE's facets";
-        ContactPoint "contact_point": "from the centre to the contact point: R − u at walls, R − u/2 at the punch", "LIGGGHTS";
+        HalfOverlap "half_overlap": "R − u/2", "YADE's facets, LIGGGHTS";
+        ContactPoint "contact_point": "from the centre to the contact point: R − u at walls, R − u/2 at the punch", "";
         WholeRadius "whole_radii": "R", "LAMMPS";
     }
     spring_turn: SpringTurn, Friction,

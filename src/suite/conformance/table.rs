@@ -37,7 +37,7 @@ fn name(engine: &Named) -> &'static str {
 
 /// How much radii may differ without an approximation of the adapter's.
 fn dispersion(engine: &Named) -> f64 {
-    let of_one_radius = [Adapter::LAMMPS, Adapter::LIGGGHTS, Adapter::ESYS_PARTICLE];
+    let of_one_radius = [Adapter::LAMMPS, Adapter::LIGGGHTS];
     match of_one_radius.map(Named::Adapter).contains(engine) {
         true => 0.0,
         false => DISPERSION,
