@@ -7,6 +7,7 @@ pub mod first_difference;
 pub mod first_steps;
 pub mod from_runs;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::Serialize;
@@ -20,9 +21,13 @@ use first_difference::{FirstDifference, Locator};
 use first_steps::Beds;
 use from_runs::Replicas;
 use grains::measure::Quantity;
+use grains::model::Model;
 use grains::native;
-use grains::rules::{Choice, Rules};
+use grains::rules::Rules;
+use grains::tables::Stage;
+use grains::task::Case;
 use verdict::envelope::Resolution;
+use verdict::forms::plays_a_part;
 use verdict::judge::{Judgement, Verdict};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -313,15 +318,31 @@ fn declared_rules(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
     if rules.iter().all(Rules::are_usual) {
         return;
     }
-    let [of_a, of_b] = rules.map(|rules| {
-        let rules = rules.unusual().map(Choice::name).collect::<Vec<_>>();
-        match rules.is_empty() {
-            true => "the model's own".to_owned(),
-            false => rules.join(", "),
-        }
-    });
-    let found = format!("A's rules: {of_a}; B's: {of_b}");
-    comparison.holds("same-rules", rules[0] == rules[1], &found);
+    // What the scene has no part for may be as it likes.
+    let of_stage = |stage| {
+        let case = Case {
+            name: String::new(),
+            model: Model::in_stage(&a.scene, stage),
+            bodies: a.initial.clone(),
+            punch: None,
+            moments: Vec::new(),
+        };
+        let [of_a, of_b] = rules.map(|rules| case.model.law.resolved(rules));
+        let both = of_a.choices().zip(of_b.choices());
+        let apart = both.filter(|(one, two)| one != two && plays_a_part(&case, one.rule().needs));
+        apart
+            .map(|(one, two)| format!("{} in A, {} in B", one.name(), two.name()))
+            .collect()
+    };
+    let apart: BTreeSet<String> = [Stage::Settle, Stage::Load]
+        .into_iter()
+        .flat_map::<Vec<String>, _>(of_stage)
+        .collect();
+    let found = match apart.is_empty() {
+        true => "those that play a part in this scene are the same".to_owned(),
+        false => apart.iter().cloned().collect::<Vec<_>>().join("; "),
+    };
+    comparison.holds("same-rules", apart.is_empty(), &found);
 }
 
 fn expect_bits(

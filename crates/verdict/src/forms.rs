@@ -53,16 +53,13 @@ pub fn candidates(case: &Case) -> Vec<Form> {
     forms
 }
 
-/// Every other rule that makes a difference in this case.
-pub fn other_rules(case: &Case) -> impl Iterator<Item = Choice> {
-    let (model, has_flat) = (
-        &case.model,
-        case.punch.is_some() || !case.model.walls.is_empty(),
-    );
-    let law = &model.law;
+/// Whether the model of this case has what a rule is about.
+pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
+    let (model, law) = (&case.model, &case.model.law);
+    let has_flat = case.punch.is_some() || !model.walls.is_empty();
     let restitution = matches!(law.contact.viscosity, Viscosity::Restitution { .. });
     let radii = &case.bodies.radius;
-    let holds = move |needs: Needs| match needs {
+    match needs {
         Needs::Nothing => true,
         Needs::LocalDamping => model.alpha != 0.0,
         Needs::Radii => radii.iter().any(|radius| *radius != radii[0]),
@@ -74,8 +71,12 @@ pub fn other_rules(case: &Case) -> impl Iterator<Item = Choice> {
         Needs::DashpotsAndFriction => law.has_dashpots() && law.has_friction(),
         Needs::Restitution => restitution,
         Needs::RestitutionAndWalls => restitution && has_flat,
-    };
-    let rules = law.resolved(model.rules);
+    }
+}
+
+/// Every other rule that makes a difference in this case.
+pub fn other_rules(case: &Case) -> impl Iterator<Item = Choice> {
+    let rules = case.model.law.resolved(case.model.rules);
     // At walls and punch what two grains have already is no other rule.
     let is_of_pairs = move |choice: &Choice| {
         let pairs = choice.rule().key.strip_suffix("_at_walls");
@@ -84,7 +85,7 @@ pub fn other_rules(case: &Case) -> impl Iterator<Item = Choice> {
     };
     Choice::all().filter(move |choice| {
         let other = !choice.is_in(&rules) && !choice.is_models() && !is_of_pairs(choice);
-        holds(choice.rule().needs) && other
+        plays_a_part(case, choice.rule().needs) && other
     })
 }
 
