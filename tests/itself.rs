@@ -81,7 +81,7 @@ fn an_engine_with_the_laws_of_the_model_is_held_against_itself_too() {
         folder,
         0,
         &check,
-        ["AGREED: Identical", "26 checks passed, 0 failed"],
+        ["AGREED: Identical", "27 checks passed, 0 failed"],
     );
     let moved = "if step in moments:\n            v[0][0] *= 1.0 + 1e-4 * (step > 0)";
     let toy = changed_toy("if step in moments:", moved);
