@@ -124,7 +124,8 @@ def block(job, path):
     around = [(x - across, z - up), (x + across, z - up), (x + across, z + up), (x - across, z + up)]
     triangles = []
     for one, two in zip(around, [*around[1:], around[0]]):
-        low, high = [(*of, -deep) for of in (one, two)], [(*of, deep) for of in (one, two)]
+        # The edge between two triangles of a face, at which a spring along it is lost, crosses the plane near a corner.
+        low, high = [(*of, -0.01 * deep) for of in (one, two)], [(*of, deep) for of in (one, two)]
         triangles += [(low[0], low[1], high[1]), (low[0], high[1], high[0])]
     with open(path, "w", encoding="utf-8") as file:
         file.write("solid punch\n")
