@@ -3,7 +3,8 @@
 
 Under springs alone the punch is a formula, under other laws a mesh, and a mesh pushes some grains twice: by a face and by the edge of
 the next one, where a grain is within that edge by d and deeper than d^2/2R. A disc of 5 mm that is 1 mm within the edge and 0.3 mm deep
-is pushed 1.64 times as hard, one of 0.1 mm depth as hard as it should be.
+is pushed 1.64 times as hard, one of 0.1 mm depth as hard as it should be. So a grain that slides from a corner below the punch is pushed
+twice: of 300 grains one by 1753.73 N instead of 876.87 N, and that bed is 2.1e8 times as far from its native one as replicas.
 """
 import math
 import os
@@ -124,8 +125,7 @@ def block(job, path):
     around = [(x - across, z - up), (x + across, z - up), (x + across, z + up), (x - across, z + up)]
     triangles = []
     for one, two in zip(around, [*around[1:], around[0]]):
-        # The edge between two triangles of a face, at which a spring along it is lost, crosses the plane near a corner.
-        low, high = [(*of, -0.01 * deep) for of in (one, two)], [(*of, deep) for of in (one, two)]
+        low, high = [(*of, -deep) for of in (one, two)], [(*of, deep) for of in (one, two)]
         triangles += [(low[0], low[1], high[1]), (low[0], high[1], high[0])]
     with open(path, "w", encoding="utf-8") as file:
         file.write("solid punch\n")
