@@ -186,7 +186,7 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
         title: format!("Rules of {}", engine.label()),
         verdict: verdict.into(),
         answer: format!(
-            "{} {}",
+            "{} {} Whole jobs, stages and later steps were not looked at: `engine check` does that.",
             with_verdict(verdict, &said),
             sentence(&from_states(judgement))
         ),

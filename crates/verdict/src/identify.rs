@@ -4,6 +4,8 @@
 //! again and again, then the best two at once, for rules that only show together, such as the times to which velocities belong.
 //! Where rules explain too little, constants are fitted and the search goes on from there.
 
+use std::collections::BTreeSet;
+
 use evidence::in_parallel;
 use grains::constant::Constant;
 use grains::native::NativeError;
@@ -94,9 +96,7 @@ impl Reference {
         let is_asked = |rule: &&Rule| others.iter().any(|choice| choice.rule().key == rule.key);
         let unasked = CATALOGUE.iter().filter(|rule| !is_asked(rule));
         let unasked = unasked.map(|rule| rule.key).collect();
-        let judgement = self
-            .under(rules)
-            .judge_answers(forms, answers.clone(), progress)?;
+        let judgement = self.under(rules).judge_answers(forms, answers, progress)?;
         Ok(Identified {
             rules,
             also,
@@ -126,18 +126,13 @@ impl<'a> Steps<'a> {
 
     /// Every alternative that makes a difference in one of the cases under these rules.
     fn others(&self, rules: &Rules) -> Vec<Choice> {
-        let mut others: Vec<Choice> = Vec::new();
-        for (case, _) in self.observed {
+        let of_case = |(case, _): &Observed<'_>| {
             let mut case = (*case).clone();
             case.model.rules = *rules;
-            let more: Vec<Choice> = other_rules(&case).collect();
-            others.extend(
-                more.iter()
-                    .filter(|choice| !others.contains(choice))
-                    .collect::<Vec<_>>(),
-            );
-        }
-        others
+            other_rules(&case).collect::<Vec<_>>()
+        };
+        let others: BTreeSet<Choice> = self.observed.iter().flat_map(of_case).collect();
+        others.into_iter().collect()
     }
 
     fn variant(rules: &Rules, found: &Variant) -> Variant {
