@@ -122,7 +122,13 @@ fn what_an_engine_does_not_have_is_not_asked_of_it() {
     let mut rough = scene.clone();
     rough.material.wall_friction_angle = Some(0.3);
     let own = "friction of its own at walls and punch (wall_friction)";
-    let errors = run_in(&folder_with(&rough), 2, &adapter("lammps.py"), &[], "out");
+    let errors = run_in(
+        &folder_with(&rough),
+        2,
+        &adapter("esysparticle.py"),
+        &[],
+        "out",
+    );
     has(&errors, [own]);
     // A result of before stays where it is, and a campaign is not planned.
     fs::create_dir(folder.join("before")).expect("a new folder");
