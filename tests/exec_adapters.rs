@@ -309,6 +309,39 @@ fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
     bed.punch = Some(first_contact_punch(&scene, &bed.bodies));
     alike_up_to_rounding(&bed, "kratos.py");
     is_native_under_its_rule("kratos.py", 3);
+    rules_are_found("kratos", 3, 0.05, "damping_velocity = before; all others");
+}
+
+/// The rules of other codes, found from their steps alone.
+fn rules_are_found(engine: &str, code: i32, dispersion: f64, rules: &str) {
+    let identify =
+        format!("engine identify {engine} --quiet --grains 100 --dispersion {dispersion}");
+    let (text, _) = ends(&new_folder(), code, &identify.words());
+    has(&text, [rules]);
+    assert!(!text.contains("It declares otherwise"), "{text}");
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs YADE, LAMMPS, LIGGGHTS and ESyS-Particle"
+)]
+fn rules_of_other_codes_are_found_from_their_steps() {
+    let of_lammps = "found from its steps: slip = unstretched, slip_at_walls = unstretched, torque_arms_at_walls = whole_radii, \
+                     spring_turn = keeps_length, new_contact = whole_step; all others";
+    let of_liggghts = "found from its steps: slip = contact_point, slip_at_walls = half_overlap, torque_arms = half_overlap, \
+                       spring_turn = projected, new_contact = whole_step; all others";
+    rules_are_found("lammps", 0, 0.0, of_lammps);
+    rules_are_found("liggghts", 0, 0.0, of_liggghts);
+    let of_esys =
+        "found from its steps: damping_velocity = before, stiffness_mean = arithmetic; all others";
+    rules_are_found("esysparticle", 0, 0.05, of_esys);
+    rules_are_found(
+        "yade-ordinary",
+        0,
+        0.05,
+        "all rules are this program's own.",
+    );
 }
 
 #[test]

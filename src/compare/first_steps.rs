@@ -14,6 +14,7 @@ use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, REPLICAS};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
+use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
 use verdict::invariance;
 use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
@@ -153,8 +154,10 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
     }
     let declared = engine.rules;
     if !declared.are_usual() {
-        let is_other =
-            |choice: &Choice| !choice.is_in(&found.rules) && !found.also.contains(choice);
+        let is_other = |choice: &Choice| {
+            let is_found = choice.is_in(&found.rules) || is_between_grains(*choice, &found.rules);
+            !is_found && !found.also.contains(choice)
+        };
         let others = names(&mut declared.choices().filter(is_other));
         said += &match others.is_empty() {
             true => " It declares the same.".to_owned(),

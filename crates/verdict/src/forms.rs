@@ -1,7 +1,7 @@
 //! Which term of another engine has another form: each form is tried in the native engine's written-out step, with the constants
 //! fitted anew.
 
-use grains::rules::{Choice, Needs};
+use grains::rules::{Choice, Needs, Rules};
 use grains::scene::Viscosity;
 use grains::task::Case;
 use grains::variant::{Form, Key};
@@ -77,16 +77,22 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
 /// Every other rule that makes a difference in this case.
 pub fn other_rules(case: &Case) -> impl Iterator<Item = Choice> {
     let rules = case.model.law.resolved(case.model.rules);
-    // At walls and punch what two grains have already is no other rule.
+    // What walls have from pairs the punch has too, but for the slip velocity.
     let is_of_pairs = move |choice: &Choice| {
-        let pairs = choice.rule().key.strip_suffix("_at_walls");
-        let of_pairs = pairs.and_then(|pairs| Choice::of(pairs, choice.alternative().key));
-        of_pairs.is_some_and(|of_pairs| of_pairs.is_in(&rules))
+        let at_punch = case.punch.is_some() && choice.rule().needs == Needs::Friction;
+        !at_punch && is_between_grains(*choice, &rules)
     };
     Choice::all().filter(move |choice| {
         let other = !choice.is_in(&rules) && !choice.is_models() && !is_of_pairs(choice);
         plays_a_part(case, choice.rule().needs) && other
     })
+}
+
+/// Whether an alternative at walls is what these rules have between two grains.
+pub fn is_between_grains(choice: Choice, rules: &Rules) -> bool {
+    let pairs = choice.rule().key.strip_suffix("_at_walls");
+    let of_pairs = pairs.and_then(|pairs| Choice::of(pairs, choice.alternative().key));
+    of_pairs.is_some_and(|of_pairs| of_pairs.is_in(rules))
 }
 
 /// What an engine with this form does, and what is right.

@@ -24,6 +24,11 @@ use crate::starts::LARGE_STATE;
 const UNTIL: u64 = 10;
 /// What an alternative must explain to be taken, as [`Search::unexplained`] counts it: a grain whose numbers are all off.
 const GAIN: f64 = 50.0;
+/// Less is enough where it leaves next to nothing, as a rule of the punch does in a bed that touches it once: a number that is a
+/// hundred times as far off as rounding takes it.
+const LAST_GAIN: f64 = 5.0;
+/// The share that next to nothing is.
+const LEFT: f64 = 0.1;
 /// Rules, then constants and rules again.
 const ROUNDS: usize = 2;
 
@@ -112,6 +117,11 @@ fn with(rules: &Rules, choices: &[Choice]) -> Rules {
     rules
 }
 
+/// Whether what is left then is so much less that the rest was explained and not met by chance.
+fn explains(least: f64, left: f64) -> bool {
+    least - left > GAIN || least - left > LAST_GAIN && left < LEFT * least
+}
+
 /// First steps of an engine.
 struct Steps<'a> {
     observed: &'a [Observed<'a>],
@@ -149,7 +159,7 @@ impl<'a> Steps<'a> {
     fn explain(&self, rules: &mut Rules, found: &mut Variant, most: usize) {
         for round in 0..ROUNDS {
             let least = self.descend(rules, found, most);
-            if least < GAIN || round + 1 == ROUNDS {
+            if least < LAST_GAIN || round + 1 == ROUNDS {
                 return;
             }
             let known = Steps::variant(rules, found);
@@ -157,7 +167,7 @@ impl<'a> Steps<'a> {
                 |constant: &Constant| self.observed.iter().any(|(case, _)| constant.is_in(case));
             let free: Vec<Constant> = Constant::all().filter(plays_a_part).collect();
             let fit = self.search.pruned(&known, &self.search.fit(&known, &free));
-            if self.search.unexplained(&fit.variant) > least - GAIN {
+            if !explains(least, self.search.unexplained(&fit.variant)) {
                 return;
             }
             found.larger = fit.variant.larger;
@@ -167,7 +177,7 @@ impl<'a> Steps<'a> {
     /// Takes what explains most, one alternative at a time and up to `most` where no single one does; what is left.
     fn descend(&self, rules: &mut Rules, found: &Variant, most: usize) -> f64 {
         let mut least = self.unexplained(rules, found);
-        while least >= GAIN {
+        while least >= LAST_GAIN {
             let others = self.others(rules);
             let single = others.iter().map(|choice| vec![*choice]);
             let pairs = others.iter().enumerate().filter(|_| most > 1);
@@ -183,7 +193,7 @@ impl<'a> Steps<'a> {
                         self.unexplained(&with(rules, &tried[at]), found)
                     });
                     let best = (0..tried.len()).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
-                    (left[best] < least - GAIN).then(|| (tried[best].clone(), left[best]))
+                    explains(least, left[best]).then(|| (tried[best].clone(), left[best]))
                 });
             let Some((taken, left)) = better else { break };
             (*rules, least) = (with(rules, &taken), left);
