@@ -4,6 +4,7 @@
 //! snapshots only and never knows which engine made them.
 
 pub mod analytic;
+pub mod card;
 mod collisions;
 pub mod conformance;
 mod conservation;

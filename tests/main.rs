@@ -9,6 +9,7 @@ mod readers;
 mod architecture;
 mod scene;
 
+mod card;
 mod corpus;
 mod corpus_rules;
 mod generate;

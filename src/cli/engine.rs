@@ -23,7 +23,8 @@ use crate::progress::Display;
 use crate::report;
 use crate::report::packing::grains_left;
 use crate::run::folder::read_scene;
-use crate::suite::conformance::{Conformance, conformance, table};
+use crate::suite::card::card;
+use crate::suite::conformance::{conformance, table};
 use crate::workers::asked_to_end;
 use grains::rules::{CATALOGUE, Rules};
 use verdict::judge::Judgement;
@@ -38,6 +39,8 @@ pub enum Verb {
     Table(TableArguments),
     /// Find the rules that an engine computes with, whatever it declares
     Identify(IdentifyArguments),
+    /// What an engine's parameters really mean: each asked for and read from how a grain moves
+    Card(CardArguments),
     /// The rules in which codes differ that compute one law, with the alternatives of each, as Markdown
     #[command(after_help = "Example:\n  crossgrain engine rules")]
     Rules,
@@ -123,19 +126,37 @@ pub struct IdentifyArguments {
     limits: YadeLimits,
 }
 
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes: 0 all constants are what was asked for, or what the rules that it declares make of it; 1 one is not; 3 nothing was asked; \
+    4 the engine failed.\n\nExamples:\n  crossgrain engine card exec:./mine\n  crossgrain engine card lammps --out card"
+)]
+pub struct CardArguments {
+    /// yade-sorted, yade-ordinary, lammps, liggghts, esysparticle, kratos, toy or exec:PATH
+    #[arg(value_parser = judged)]
+    engine: Named,
+    #[command(flatten)]
+    results: Results,
+    #[command(flatten)]
+    output: Output,
+    #[command(flatten)]
+    limits: YadeLimits,
+}
+
+const CARD: &str = "card.json";
 const IDENTIFIED: &str = "identified.json";
 const CHECK: &str = "check.json";
 const TABLE: &str = "conformance.json";
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The record of a check beside what all records have.
+/// The record of a check, or a card, beside what all records have.
 #[derive(Serialize)]
-struct Checked<'a> {
+struct Checked<'a, T> {
     crossgrain: &'static str,
     command: String,
     #[serde(flatten)]
-    found: &'a Conformance,
+    found: &'a T,
 }
 
 /// Grains of a bed that stays a bed.
@@ -153,6 +174,7 @@ impl Verb {
             Verb::Check(arguments) => arguments.execute(),
             Verb::Table(arguments) => arguments.execute(),
             Verb::Identify(arguments) => arguments.execute(),
+            Verb::Card(arguments) => arguments.execute(),
             Verb::Rules => {
                 print!("{}", rules());
                 Ok(0)
@@ -307,6 +329,29 @@ impl IdentifyArguments {
             .views
             .tell("engine identify", &text, &document)?;
         self.results.write(&document, &[(IDENTIFIED, &text)])?;
+        Ok(document.exit_code())
+    }
+}
+
+impl CardArguments {
+    fn execute(self) -> Result<u8, Error> {
+        self.results.check(CARD)?;
+        let folder = work_folder()?;
+        let engine = self.engine.engine(&self.limits.options(), folder.path())?;
+        let card = card(engine.as_ref())?;
+        let document = card.document();
+        let checks = Found {
+            checks: document.checks.clone(),
+            ..Found::default()
+        };
+        let own = Checked {
+            crossgrain: VERSION,
+            command: format!("crossgrain engine card {}", self.engine.key()),
+            found: &card,
+        };
+        let (text, _) = record::write("engine card", &own, Machine::this().kind(), checks)?;
+        self.output.views.tell("engine card", &text, &document)?;
+        self.results.write(&document, &[(CARD, &text)])?;
         Ok(document.exit_code())
     }
 }
