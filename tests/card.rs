@@ -31,7 +31,7 @@ fn what_is_wrong_is_told_with_where_and_with_what_it_would_be_right() {
     let told = [
         (
             "k_n_wall=2",
-            "normal stiffness at wall: as with wall_stiffness = rigid, or k_n at walls × 2;",
+            "normal stiffness at wall: as with k_n at walls × 2;",
         ),
         (
             "c_n=1.4142135623730951",
@@ -47,7 +47,10 @@ fn what_is_wrong_is_told_with_where_and_with_what_it_would_be_right() {
             "local damping, falling at one grain: as with damped_gravity = spared, or α × 0",
         ),
         ("k_s=1.03", "tangential stiffness at punch: 1.03"),
-        ("gravity=0.5", "gravity upwards at one grain: 0.5"),
+        (
+            "gravity=0.5",
+            "gravity upwards at one grain: as with gravity × 1/2",
+        ),
     ];
     for (fault, words) in told {
         has(&card_of(fault, "", 1), [words]);

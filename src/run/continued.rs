@@ -73,6 +73,8 @@ pub struct Continuing {
     /// The largest kinetic energy of a moment of settling, J, and the moment before that one, if there is one.
     peak: f64,
     before_peak: Option<Snapshot>,
+    /// Step and kinetic energy, J, of told moments at which the rule of settling looks.
+    told: Vec<(u64, f64)>,
     pub found: Vec<Continued>,
     /// Grains times steps that native went on for.
     followed: u64,
@@ -88,6 +90,7 @@ impl Continuing {
             moments: 0,
             peak: 0.0,
             before_peak: None,
+            told: Vec::new(),
             found: Vec::new(),
             followed: 0,
         }
@@ -106,6 +109,10 @@ impl Continuing {
             self.end_of_stage(true);
         }
         let energy = snapshot.bodies.kinetic_energy();
+        let is_look = snapshot.step.is_multiple_of(self.scene.settle.check_every);
+        if snapshot.stage == Stage::Settle && is_look && snapshot.step > 0 {
+            self.told.push((snapshot.step, energy));
+        }
         if snapshot.stage == Stage::Settle && energy > self.peak {
             self.peak = energy;
             self.before_peak = Some(self.last.back().unwrap_or(snapshot).clone());
@@ -142,29 +149,41 @@ impl Continuing {
         (self.moments, self.last) = (0, VecDeque::new());
     }
 
-    /// That the rule of settling held at an earlier look, as native goes on from the moment before the last ones: with the largest energy
-    /// at a look around the liveliest moment, which may have been larger elsewhere; then the rule held earlier still.
+    /// That the rule of settling held at an earlier look, or does not hold at the last one: by told moments where every look is one, or
+    /// as native goes on from the moment before the last ones, with the largest energy at a look around the liveliest moment, which may
+    /// have been larger elsewhere; then the rule held earlier still.
     fn settled_before(&self) -> Option<Continued> {
         let end = self.last.back()?;
         let is_near = |snapshot: &&Snapshot| end.step - snapshot.step <= LONGEST;
         let first = self.last.iter().find(is_near)?;
-        let before = self.before_peak.as_ref()?;
-        let after = before.step + 2 * self.scene.measurement.history_every;
-        let at_peak = self.looks(before, after)?;
-        let peak = at_peak.iter().fold(0.0, |most: f64, look| most.max(look.1));
+        let [check, history] = [
+            self.scene.settle.check_every,
+            self.scene.measurement.history_every,
+        ];
+        let all_told = check.is_multiple_of(history);
+        let (at_peak, looks) = match all_told {
+            true => (self.told.clone(), self.told.clone()),
+            false => {
+                let before = self.before_peak.as_ref()?;
+                let at_peak = self.looks(before, before.step + 2 * history)?;
+                (at_peak, self.looks(first, end.step)?)
+            }
+        };
+        // A window without a look says nothing of what the rule has seen.
+        let peak = at_peak.iter().map(|look| look.1).reduce(f64::max)?;
         let most = self.scene.settle.kinetic_energy_fraction * peak;
-        let looks = self.looks(first, end.step)?;
         let held =
             |look: &&(u64, f64)| look.0 < end.step && look.1 <= most * (1.0 - SETTLED_FOR_SURE);
         let left = end.bodies.kinetic_energy();
         let ratios = at_peak.windows(2).map(|pair| pair[1].1 / pair[0].1);
         let mut steep = ratios.filter(|ratio| !(1.0 / STEEP..=STEEP).contains(ratio));
+        let is_exact = all_told || steep.next().is_none();
         let found = match looks.iter().find(held) {
             Some((step, energy)) => format!(
                 "the rule of settling held at step {step} already: {energy:e} J, {most:e} J at most"
             ),
             // Elsewhere between two moments the energy may have been a little larger.
-            None if left > STEEP * most && steep.next().is_none() => format!(
+            None if left > STEEP * most && is_exact => format!(
                 "the rule of settling does not hold at step {}: {left:e} J, {most:e} J at most",
                 end.step
             ),
@@ -241,6 +260,20 @@ impl Continuing {
         let Some(double) = double.filter(is_held) else {
             return;
         };
+        // Where rounding takes grains anywhere nothing is seen: the stretch ends at the moment before.
+        let narrow =
+            |snapshot: &&Snapshot| double.wide_from.is_none_or(|step| snapshot.step < step);
+        let to = match ratio(&double) > FACTOR {
+            true => to,
+            false => moments
+                .iter()
+                .filter(narrow)
+                .last()
+                .map_or(from, |last| last.step),
+        };
+        if to == from {
+            return;
+        }
         let single = Some(&double).filter(|state| ratio(state) > FACTOR);
         let single = single.and_then(|_| judge(Resolution::SINGLE));
         let stretch = Continued {

@@ -45,6 +45,57 @@ const FACTORS: [(f64, &str); 6] = [
     (4.0, "4"),
 ];
 
+/// What an engine may have otherwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Otherwise {
+    Form(Form),
+    Times(Constant, f64, &'static str),
+}
+
+impl Otherwise {
+    /// All that makes a difference in this case.
+    fn all(case: &Case) -> Vec<Otherwise> {
+        let rules = other_rules(case).map(Form::Rule);
+        let is_rule = |form: &Form| matches!(form, Form::Rule(_));
+        let others = candidates(case).into_iter().filter(|form| !is_rule(form));
+        let forms = rules.chain(others).map(Otherwise::Form);
+        let angle = case.model.law.friction_angle;
+        let of_angle = [
+            (angle.tan().tan() / angle.tan(), "tan tan φ / tan φ"),
+            (angle / angle.tan(), "φ / tan φ"),
+        ];
+        let alone = Constant::faults().filter(|constant| constant.symbol().is_empty());
+        let constants = Constant::all().chain(alone);
+        let times = constants
+            .filter(|constant| constant.is_in(case))
+            .flat_map(|constant| {
+                let of_angle = of_angle
+                    .into_iter()
+                    .filter(move |_| constant.symbol() == "tan φ");
+                let all = FACTORS.into_iter().chain(of_angle);
+                all.map(move |(factor, name)| Otherwise::Times(constant, factor, name))
+            });
+        forms.chain(times).collect()
+    }
+
+    fn name(self) -> String {
+        match self {
+            Otherwise::Form(Form::Rule(choice)) => choice.name(),
+            Otherwise::Form(form) => in_words(form),
+            Otherwise::Times(constant, _, name) => format!("{} × {name}", constant.name()),
+        }
+    }
+
+    fn beside(self, others: &Variant) -> Variant {
+        let mut variant = others.clone();
+        match self {
+            Otherwise::Form(form) => variant.forms.push(form),
+            Otherwise::Times(constant, factor, _) => return others.and(constant, factor - 1.0),
+        }
+        variant
+    }
+}
+
 /// What the last grain meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
@@ -408,36 +459,35 @@ pub fn card(engine: &dyn Engine) -> Result<Card, EngineError> {
         };
         quantity.row(answer, described.rules)
     });
-    let (mut rows, as_with): (Vec<Row>, Vec<Vec<String>>) = rows.unzip();
-    tell_causes(&mut rows, &as_with);
+    let mut rows: Vec<Row> = rows.collect();
+    tell_causes(&all, &mut rows, described.rules);
     Ok(Card {
-        rows,
         engine: described,
+        rows,
     })
 }
 
 impl Quantity {
-    fn row(&self, answer: Result<Track, String>, declared: Rules) -> (Row, Vec<String>) {
-        let right = self.of(&Variant::default());
-        let (shown, (outcome, why, as_with)) = match answer {
-            Err(why) => (None, (Outcome::Skipped, why, Vec::new())),
-            Ok(track) => {
-                let shown = (self.read)(&track);
-                (Some(shown), self.explained(shown, right, declared))
-            }
-        };
-        let row = Row {
+    fn row(&self, answer: Result<Track, String>, declared: Rules) -> Row {
+        let mut row = Row {
             key: format!("{}/{}", self.key, self.place.replace(' ', "-")),
             name: self.name.to_owned(),
             unit: self.unit.to_owned(),
             place: self.place.to_owned(),
             asked: self.asked,
-            right,
-            shown,
-            why,
-            outcome,
+            right: self.of(&Variant::default()),
+            shown: None,
+            why: String::new(),
+            outcome: Outcome::Skipped,
         };
-        (row, as_with)
+        match answer {
+            Err(why) => row.why = why,
+            Ok(track) => {
+                row.shown = Some((self.read)(&track));
+                (row.outcome, row.why) = self.explained(&row, declared);
+            }
+        }
+        row
     }
 
     /// What a variant's trajectory shows.
@@ -445,83 +495,88 @@ impl Quantity {
         (self.read)(&run(&self.case, variant))
     }
 
-    /// Whether this is right, or right by the rules that are declared; else with what native would show it too.
-    fn explained(&self, shown: f64, right: f64, declared: Rules) -> (Outcome, String, Vec<String>) {
-        let is = |value: f64| (shown - value).abs() <= TOLERANCE * right.abs();
-        if is(right) {
-            return (Outcome::Pass, "as asked".to_owned(), Vec::new());
+    /// Whether this is right, or right by the rules that are declared.
+    fn explained(&self, row: &Row, declared: Rules) -> (Outcome, String) {
+        if row.is(row.right) {
+            return (Outcome::Pass, "as asked".to_owned());
         }
-        let under = Variant {
-            forms: declared.unusual().map(Form::Rule).collect(),
-            ..Variant::default()
-        };
-        if is(self.of(&under)) {
-            // Those without which it would not be.
-            let needed = |choice: &Choice| {
-                let mut without = under.clone();
-                without.forms.retain(|form| *form != Form::Rule(*choice));
-                !is(self.of(&without))
-            };
-            let names = declared.unusual().filter(needed);
-            let names: Vec<String> = names.map(Choice::name).collect();
-            return (
-                Outcome::Pass,
-                format!("as it declares: {}", names.join(", ")),
-                Vec::new(),
-            );
+        let under = variant(declared);
+        if !row.is(self.of(&under)) {
+            let times = row.shown.unwrap_or(f64::NAN) / row.right;
+            return (Outcome::Fail, format!("{times:.6} times what is right"));
         }
-        let mut case = self.case.clone();
-        case.model.rules = declared;
-        let and = |form: Form| {
-            let mut variant = under.clone();
-            variant.forms.push(form);
-            variant
+        // Those without which it would not be.
+        let needed = |choice: &Choice| {
+            let mut without = under.clone();
+            without.forms.retain(|form| *form != Form::Rule(*choice));
+            !row.is(self.of(&without))
         };
-        let rules = other_rules(&case).map(|choice| (choice.name(), and(Form::Rule(choice))));
-        let factors = Constant::all()
-            .filter(|constant| constant.is_in(&case))
-            .flat_map(|constant| {
-                let tangent = self.case.model.law.friction_angle.tan();
-                let of_angle = [
-                    (tangent.tan() / tangent, "tan tan φ / tan φ"),
-                    (self.case.model.law.friction_angle / tangent, "φ / tan φ"),
-                ];
-                let of_angle = of_angle
-                    .into_iter()
-                    .filter(move |_| constant.symbol() == "tan φ");
-                FACTORS
-                    .into_iter()
-                    .chain(of_angle)
-                    .map(move |(factor, name)| {
-                        (format!("{} × {name}", constant.symbol()), constant, factor)
-                    })
-            });
-        let factors =
-            factors.map(|(name, constant, factor)| (name, under.and(constant, factor - 1.0)));
-        let is_rule = |form: &Form| matches!(form, Form::Rule(_));
-        let forms = candidates(&case).into_iter().filter(|form| !is_rule(form));
-        let forms = forms.map(|form| (in_words(form), and(form)));
-        let all = rules.chain(factors).chain(forms);
-        let as_with = all.filter(|(_, variant)| is(self.of(variant)));
-        let as_with = as_with.map(|(name, _)| name).collect();
+        let names = declared.unusual().filter(needed);
+        let names: Vec<String> = names.map(Choice::name).collect();
         (
-            Outcome::Fail,
-            format!("{:.6} times what is right", shown / right),
-            as_with,
+            Outcome::Pass,
+            format!("as it declares: {}", names.join(", ")),
         )
     }
 }
 
-/// What would explain a row is told where nothing would explain more rows.
-fn tell_causes(rows: &mut [Row], as_with: &[Vec<String>]) {
-    let count = |name: &String| as_with.iter().filter(|names| names.contains(name)).count();
-    for (row, names) in rows.iter_mut().zip(as_with) {
-        let most = names.iter().map(count).max();
-        let best = names.iter().filter(|name| Some(count(name)) == most);
-        let best: Vec<&str> = best.map(String::as_str).collect();
-        if !best.is_empty() {
-            row.why = format!("as with {}", best.join(", or "));
+impl Row {
+    /// Whether the engine's trajectory shows this.
+    fn is(&self, value: f64) -> bool {
+        let near = |shown: f64| (shown - value).abs() <= TOLERANCE * self.right.abs();
+        self.shown.is_some_and(near)
+    }
+}
+
+/// With these rules.
+fn variant(rules: Rules) -> Variant {
+    Variant {
+        forms: rules.unusual().map(Form::Rule).collect(),
+        ..Variant::default()
+    }
+}
+
+/// With what native would show a wrong row too: what leaves no row that is right wrong, and explains most of those that are wrong.
+fn tell_causes(all: &[Quantity], rows: &mut [Row], declared: Rules) {
+    let under = variant(declared);
+    let with = |quantity: &Quantity, one: Otherwise| quantity.of(&one.beside(&under));
+    let mut counted: Vec<(Otherwise, usize)> = Vec::new();
+    let mut told: Vec<(usize, String)> = Vec::new();
+    let wrong = |row: &Row| row.outcome == Outcome::Fail;
+    for (at, quantity) in all.iter().enumerate().filter(|(at, _)| wrong(&rows[*at])) {
+        let mut case = quantity.case.clone();
+        case.model.rules = declared;
+        let mut explains: Vec<(Otherwise, usize)> = Vec::new();
+        for one in Otherwise::all(&case) {
+            if !rows[at].is(with(quantity, one)) {
+                continue;
+            }
+            let known = counted.iter().find(|(other, _)| *other == one);
+            let count = known.map_or_else(
+                || {
+                    let pairs = || all.iter().zip(rows.iter());
+                    let mut right = pairs().filter(|(_, row)| row.outcome == Outcome::Pass);
+                    let keeps = right.all(|(of, row)| row.is(with(of, one)));
+                    let others = pairs().filter(|(_, row)| wrong(row));
+                    let count = others.filter(|(of, row)| row.is(with(of, one))).count();
+                    if keeps { count } else { 0 }
+                },
+                |(_, count)| *count,
+            );
+            counted.push((one, count));
+            explains.push((one, count));
         }
+        let most = explains.iter().map(|(_, count)| *count).max().unwrap_or(0);
+        let best = explains
+            .iter()
+            .filter(|(_, count)| *count == most && most > 0);
+        let best: Vec<String> = best.map(|(one, _)| one.name()).collect();
+        if !best.is_empty() {
+            told.push((at, format!("as with {}", best.join(", or "))));
+        }
+    }
+    for (at, why) in told {
+        rows[at].why = why;
     }
 }
 

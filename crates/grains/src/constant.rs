@@ -315,6 +315,14 @@ impl Constant {
         self.row().symbol
     }
 
+    /// Its symbol, or what it is as a fault.
+    pub fn name(self) -> &'static str {
+        match self.symbol() {
+            "" => self.row().fault,
+            symbol => symbol,
+        }
+    }
+
     /// How its being larger is said.
     pub fn counted(self) -> Counted {
         self.row().counted

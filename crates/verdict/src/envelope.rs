@@ -26,6 +26,8 @@ const FLIPS: f64 = 30.0;
 const FEW: usize = 2;
 /// For so many steps after the start replicas stay close together.
 const NARROW_UNTIL: u64 = 100;
+/// Nine of ten grains that rounding may take so far, over the radius, show no fault.
+const WIDE: f64 = 1.0e-3;
 /// Looked at in each moment: half of the grains are at most so far off, nine of ten, 99 of a hundred, all.
 const SHARES: [f64; 4] = [0.5, 0.9, 0.99, 1.0];
 
@@ -310,6 +312,13 @@ impl Envelope {
     pub(crate) fn widest(&self) -> f64 {
         let reach = self.reach.iter();
         reach.fold(0.0, |most, moment| most.max(moment[0][1]))
+    }
+
+    /// The first moment at which they part so far that nothing would be seen, steps.
+    pub(crate) fn wide_from(&self) -> Option<u64> {
+        let mut moments = self.reach.iter().zip(&self.own);
+        let wide = moments.find(|(reach, _)| reach[0][1] > WIDE);
+        wide.map(|(_, own)| own.step)
     }
 
     /// Where a run of this case is farthest off; of the start itself the contacts alone are looked at. None for a run with other

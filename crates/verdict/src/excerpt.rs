@@ -356,6 +356,7 @@ impl Excerpt {
         judged.farthest = envelope.farthest(&theirs);
         judged.verdict = verdict(&judged.farthest, &theirs, &envelope.own);
         judged.tables = envelope.tables_in_words(&theirs);
+        judged.wide_from = envelope.wide_from();
         if judged.farthest.is_none() {
             judged.skipped = Some(OTHER_MOMENTS.to_owned());
             // A rule that holds between two steps may hold at another one where a step is rounded so.

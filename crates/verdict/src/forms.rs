@@ -77,9 +77,11 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
 /// Every other rule that makes a difference in this case.
 pub fn other_rules(case: &Case) -> impl Iterator<Item = Choice> {
     let rules = case.model.law.resolved(case.model.rules);
-    // What walls have from pairs the punch has too, but for the slip velocity.
+    // What walls have from pairs the punch has too, but for the slip velocity: that of the contact point.
     let is_of_pairs = move |choice: &Choice| {
-        let at_punch = case.punch.is_some() && choice.rule().needs == Needs::Friction;
+        let is_slip = choice.rule().needs == Needs::Friction;
+        let is_other = is_slip && choice.alternative().key != "contact_point";
+        let at_punch = case.punch.is_some() && is_other;
         !at_punch && is_between_grains(*choice, &rules)
     };
     Choice::all().filter(move |choice| {

@@ -64,6 +64,9 @@ pub struct OfStart {
     pub farthest: Option<Farthest>,
     /// What is wrong with its contact tables, where they are off before the motion is.
     pub tables: Option<String>,
+    /// The first moment at which rounding takes nine of ten grains so far apart that nothing would be seen, steps.
+    #[serde(skip)]
+    pub wide_from: Option<u64>,
 }
 
 impl OfStart {
@@ -77,6 +80,7 @@ impl OfStart {
             skipped: None,
             farthest: None,
             tables: None,
+            wide_from: None,
         }
     }
 
