@@ -18,7 +18,7 @@ use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
 use verdict::invariance;
 use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
-use verdict::starts::{Bed, State};
+use verdict::starts::{Bed, RATIOS, RESTITUTIONS, State};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -180,10 +180,13 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
         .column("rule", |rule: &Rule| rule.key)
         .column("found", |rule| of_rule(rule, &mut found.rules.choices()))
         .column("or", |rule| of_rule(rule, &mut found.also.iter().copied()))
-        .column("declared", |rule| of_rule(rule, &mut declared.choices()));
+        .column("declared", |rule| {
+            (!declared.are_usual()).then(|| of_rule(rule, &mut declared.choices()))
+        });
     let rules = serde_json::to_string(&found.rules).expect("rules are JSON");
     let about = format!("For a description: `\"rules\": {rules}`.");
-    let mut all = vec![Section::new("Its rules", &about).with(Table::from(table))];
+    let mut all =
+        vec![Section::new("Its rules", &about).with(Table::from(table).without_empty_columns())];
     all.extend(sections(judgement));
     Document {
         title: format!("Rules of {}", engine.label()),
@@ -191,7 +194,10 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
         answer: format!(
             "{} {} Whole jobs, stages and later steps were not looked at: `engine check` does that.",
             with_verdict(verdict, &said),
-            sentence(&from_states(judgement))
+            sentence(&of_states(
+                judgement,
+                "It is judged by the rules that were found, otherwise than the model"
+            ))
         ),
         sections: all,
         checks: checks(judgement, "engine/first-steps"),
@@ -360,7 +366,12 @@ fn in_a_sentence(cause: &Cause) -> String {
 pub fn answer(judgement: &Judgement) -> String {
     let later = match judgement.verdict() {
         Verdict::Identical | Verdict::EqualToRounding => format!(
-            " What begins after step {STEPS_OF_EXCERPT} of a job, or in larger beds, would not have been seen here."
+            " What begins after step {STEPS_OF_EXCERPT} of a job, in larger beds, with a grain's centre inside the punch, or with k_s/k_n outside {} \
+             to {} or e_n outside {} to {}, would not have been seen here.",
+            RATIOS[0],
+            RATIOS[RATIOS.len() - 1],
+            RESTITUTIONS[0],
+            RESTITUTIONS[RESTITUTIONS.len() - 1]
         ),
         _ => String::new(),
     };
@@ -369,6 +380,14 @@ pub fn answer(judgement: &Judgement) -> String {
 
 /// The same of the states alone.
 pub fn from_states(judgement: &Judgement) -> String {
+    of_states(
+        judgement,
+        "It is judged by rules that it declares otherwise than the model",
+    )
+}
+
+/// And of rules that are not the model's, with what they are.
+fn of_states(judgement: &Judgement, rules_are: &str) -> String {
     let declared = judgement.declared.iter();
     let rules = declared.map(|declared| {
         format!(
@@ -380,11 +399,7 @@ pub fn from_states(judgement: &Judgement) -> String {
     let said = said_of_states(judgement);
     match rules.is_empty() {
         true => said,
-        false => format!(
-            "{} It is judged by rules that it declares otherwise than the model: {}.",
-            said,
-            rules.join(", ")
-        ),
+        false => format!("{said} {rules_are}: {}.", rules.join(", ")),
     }
 }
 

@@ -222,6 +222,9 @@ const RISING: u64 = 100;
 /// States and excerpts of drawn laws.
 const DRAWN: u64 = 24;
 const DRAWN_EXCERPTS: u64 = 6;
+/// k_s/k_n and e_n of drawn laws, the smallest first and the largest last.
+pub const RATIOS: [f64; 4] = [0.05, 0.5, 1.0, 2.5];
+pub const RESTITUTIONS: [f64; 3] = [0.1, 0.4, 0.9];
 /// Time step of drawn laws over √(m/k).
 const STABLE: f64 = 0.2;
 /// How many times as fast grains are in some of them.
@@ -630,14 +633,14 @@ fn drawn_material(source: &mut Source, material: &Material) -> Material {
         friction_angle: drawn(source, [0.0, 0.1, 0.5, 1.0]),
         wall_friction_angle: drawn(source, aside),
         punch_friction_angle: drawn(source, aside),
-        stiffness_ratio: drawn(source, [0.2, 0.5, 1.0, 1.6]),
+        stiffness_ratio: drawn(source, RATIOS),
         ..material.clone()
     }
 }
 
 fn drawn_contact(source: &mut Source) -> ContactLaw {
     let tension = drawn(source, [Tension::Clipped, Tension::Unclipped]);
-    let e_n = drawn(source, [0.2, 0.4, 0.8]);
+    let e_n = drawn(source, RESTITUTIONS);
     let c_n = drawn(source, [100.0, 900.0]);
     ContactLaw {
         rotation: drawn(
