@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
 use crate::envelope::{Farthest, Resolution};
 use crate::judge::Answered;
-use crate::{exercise, forms};
+use crate::{conditions, exercise, forms};
 
 /// A cause is held against the first so many steps, or more where the engine parts from the native one later.
 const EXPLAINED_UNTIL: u64 = 10;
@@ -48,6 +48,8 @@ pub struct Cause {
     pub left_in: String,
     /// What those grains touch.
     pub left_at: String,
+    /// What all contacts or grains that are wrong first have and no other ones.
+    pub condition: Option<String>,
     /// The state, as it is handed to engines.
     #[serde(skip)]
     pub state: Option<Snapshot>,
@@ -130,12 +132,13 @@ impl Cause {
         let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
         let (of_grains, state, at) = (some.join(", "), &self.left_in, &self.left_at);
         let more = if self.left.len() > 8 { ", …" } else { "" };
-        let left = match self.left.len() {
-            0 => format!("it parts from the model in {state}"),
-            1..=3 => format!(
+        let left = match (&self.condition, self.left.len()) {
+            (Some(condition), _) => format!("in {state} {condition}"),
+            (None, 0) => format!("it parts from the model in {state}"),
+            (None, 1) => format!(
                 "in {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts"
             ),
-            count => format!(
+            (None, count) => format!(
                 "in {state} {count} grains are farther off than rounding takes them ({of_grains}{more}): {at}"
             ),
         };
@@ -361,13 +364,43 @@ impl Tried<'_> {
         }
     }
 
+    /// What all that is wrong first has in common: contacts where tables are off no later than the motion, else grains; of the states
+    /// the one in which that is most.
+    fn condition(&self, variant: &Variant) -> Option<String> {
+        let of_state = |answered: &&Answered<'_>| {
+            let (own, theirs) = self.first_steps(answered, variant);
+            let (envelope, case) = (&answered.native.envelope, &answered.asked.case);
+            let (grains, moved) = envelope.outside(&own, theirs);
+            let (contacts, step) = envelope.contacts_outside(&own, theirs);
+            let at = |step: u64| own.iter().position(|snapshot| snapshot.step == step);
+            match contacts.is_empty() || !grains.is_empty() && moved < step {
+                false => {
+                    let at = at(step)?;
+                    let before = at.checked_sub(1).map(|before| &own[before]);
+                    let found = conditions::of_contacts(case, before, &own[at], &contacts)?;
+                    Some((contacts.len(), found))
+                }
+                true => {
+                    let found = conditions::of_grains(case, &own[at(moved)?], &grains)?;
+                    Some((grains.len(), found))
+                }
+            }
+        };
+        let found = self.of_law.iter().filter_map(of_state);
+        found
+            .max_by_key(|(count, _)| *count)
+            .map(|(_, found)| found)
+    }
+
     fn cause(&self, fit: Fit, explained: bool, also: Vec<Form>) -> Cause {
         let farthest = self.farthest(&fit.variant);
         let worst = (0..farthest.len())
             .max_by(|a, b| of_motion(&farthest[*a]).total_cmp(&of_motion(&farthest[*b])));
         let answered = self.of_law[worst.unwrap_or(0)];
         let (mut left, mut left_at) = (Vec::new(), String::new());
+        let mut condition = None;
         if !explained {
+            condition = self.condition(&fit.variant);
             let (own, theirs) = self.first_steps(answered, &fit.variant);
             let (outside, step) = answered.native.envelope.outside(&own, theirs);
             left_at = what_they_touch(&answered.asked.case, &outside, &own, step);
@@ -384,6 +417,7 @@ impl Tried<'_> {
             left,
             left_in: answered.asked.start.clone(),
             left_at,
+            condition,
             state: answered.native.envelope.own.first().cloned(),
             walls: answered.asked.case.model.walls.clone(),
         }

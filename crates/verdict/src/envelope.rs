@@ -388,6 +388,31 @@ impl Envelope {
         (Vec::new(), 0)
     }
 
+    /// The contacts that are farther off than rounding takes them, at the first moment at which there are any, with the step.
+    pub fn contacts_outside(
+        &self,
+        own: &[Snapshot],
+        theirs: &[Snapshot],
+    ) -> (Vec<(u32, u32)>, u64) {
+        for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
+            let apart = Apart::new(their, own, &self.case);
+            let of_contacts = MOTION..MOTION + contacts::NUMBERS;
+            let is_off = |at: &usize| {
+                of_contacts.clone().any(|index| {
+                    let most = FACTOR * reach[index][SHARES.len() - 1];
+                    // A number that is none is off too.
+                    !(apart.numbers[index][*at] <= most)
+                })
+            };
+            let off = (0..apart.pairs.len()).filter(is_off);
+            let off: Vec<(u32, u32)> = off.map(|at| apart.pairs[at]).collect();
+            if !off.is_empty() {
+                return (off, own.step);
+            }
+        }
+        (Vec::new(), 0)
+    }
+
     /// What is wrong with contact tables, at the first moment at which they are off and the motion is not.
     pub fn tables_in_words(&self, theirs: &[Snapshot]) -> Option<String> {
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(&self.own) {

@@ -41,6 +41,7 @@
 //! ```
 
 pub mod causes;
+mod conditions;
 pub mod constants;
 pub mod contacts;
 pub mod envelope;

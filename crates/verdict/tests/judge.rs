@@ -370,6 +370,7 @@ fn one_stiffness_for_all_springs_is_one_cause() {
             left: Vec::new(),
             left_in: Start::Loose.name().to_owned(),
             left_at: String::new(),
+            condition: None,
             state: None,
             walls: Vec::new(),
         };

@@ -1,0 +1,281 @@
+//! Under which condition contacts or grains are wrong: what all wrong ones of a moment have and no right one. It is told only where so
+//! clean a split is no chance among all that are tried.
+
+use std::collections::BTreeMap;
+
+use grains::tables::{Body, Contact, Snapshot};
+use grains::task::Case;
+use statrs::function::factorial::ln_binomial;
+
+use crate::contacts::at_a_corner;
+use crate::exercise::slides;
+
+/// How probable a split may be that says nothing, over all that are tried.
+const LEVEL: f64 = 0.05;
+
+/// What is known of each of some contacts or grains.
+#[derive(Default)]
+struct Properties {
+    /// In words, and which have it.
+    has: Vec<(String, Vec<bool>)>,
+    /// In words, with the place of the number, and the numbers.
+    numbers: Vec<(&'static str, Vec<f64>)>,
+}
+
+impl Properties {
+    fn add(&mut self, words: impl Into<String>, has: Vec<bool>) {
+        self.has.push((words.into(), has));
+    }
+
+    /// And the other way round.
+    fn add_both(&mut self, [one, other]: [&str; 2], has: Vec<bool>) {
+        let not = has.iter().map(|has| !has).collect();
+        self.add(one, has);
+        self.add(other, not);
+    }
+
+    /// What splits the wrong ones from all others: one property, two, or a number above or below a value, among those that have a
+    /// property or among all.
+    fn split(mut self, wrong: &[bool]) -> Option<String> {
+        let count = |of: &[bool]| of.iter().filter(|is| **is).count();
+        self.has.retain(|(_, has)| count(has) > 0);
+        let tried =
+            self.has.len() * (self.has.len() + 2 * self.numbers.len()) + 2 * self.numbers.len();
+        let enough = (tried as f64 / LEVEL).ln();
+        let is_no_chance = |among: usize| ln_binomial(among as u64, count(wrong) as u64) > enough;
+        let both = |a: &[bool], b: &[bool]| -> Vec<bool> {
+            a.iter().zip(b).map(|(a, b)| *a && *b).collect()
+        };
+        if is_no_chance(wrong.len()) {
+            if let Some((words, _)) = self.has.iter().find(|(_, has)| has == wrong) {
+                return Some(words.clone());
+            }
+            for (at, (words, has)) in self.has.iter().enumerate() {
+                let mut more = self.has[at + 1..].iter();
+                if let Some((and, _)) = more.find(|(_, other)| both(has, other) == wrong) {
+                    return Some(format!("{words} and {and}"));
+                }
+            }
+        }
+        let all = (String::new(), vec![true; wrong.len()]);
+        for (words, among) in [&all].into_iter().chain(&self.has) {
+            let is_among = both(among, wrong) == wrong;
+            if !is_among || !is_no_chance(count(among)) {
+                continue;
+            }
+            for (number, values) in &self.numbers {
+                let of = |which: bool| {
+                    let rows = values.iter().zip(wrong).zip(among);
+                    let rows = rows.filter(move |((_, wrong), among)| **among && **wrong == which);
+                    rows.map(|((value, _), _)| *value)
+                };
+                let [low, high] = [true, false].map(|which| {
+                    (
+                        of(which).fold(f64::INFINITY, f64::min),
+                        of(which).fold(f64::NEG_INFINITY, f64::max),
+                    )
+                });
+                let (of_wrong, of_right) = (low, high);
+                let and = if words.is_empty() { "" } else { " and " };
+                if of_wrong.0 > of_right.1 {
+                    let from = of_wrong.0;
+                    return Some(format!("{words}{and}{number} is {from:.4e} or more"));
+                }
+                if of_wrong.1 < of_right.0 {
+                    let to = of_wrong.1;
+                    return Some(format!("{words}{and}{number} is {to:.4e} or less"));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// What all of these contacts have and no other one of this moment; `before` is the moment before it.
+pub(crate) fn of_contacts(
+    case: &Case,
+    before: Option<&Snapshot>,
+    own: &Snapshot,
+    wrong: &[(u32, u32)],
+) -> Option<String> {
+    let (ids, bodies, all) = (case.ids(), &own.bodies, &own.contacts);
+    let of = |property: &dyn Fn(&Contact) -> bool| all.iter().map(property).collect::<Vec<bool>>();
+    let number = |value: &dyn Fn(&Contact) -> f64| all.iter().map(value).collect::<Vec<f64>>();
+    let is_wrong = of(&|contact| wrong.contains(&(contact.id1, contact.id2)));
+    if !is_wrong.contains(&true) || !is_wrong.contains(&false) {
+        return None;
+    }
+    let mut properties = Properties::default();
+    properties.add_both(
+        ["they are of two grains", "they are at walls or punch"],
+        of(&|contact| ids.body(contact.id1) == Body::Grain),
+    );
+    for index in 0..case.model.walls.len() {
+        let wall = ids.wall(index);
+        properties.add(
+            format!("they are at wall {index}"),
+            of(&|contact| contact.id1 == wall),
+        );
+    }
+    properties.add(
+        "they are at the punch",
+        of(&|contact| contact.id1 == ids.punch()),
+    );
+    properties.add(
+        "they are at corners of the punch",
+        of(&|contact| at_a_corner(ids, contact)),
+    );
+    if case.model.law.has_friction() {
+        properties.add_both(
+            ["they slide", "they stick"],
+            of(&|contact| slides(case, contact)),
+        );
+    }
+    let velocity = |id: u32| match (bodies.vx.get(id as usize), own.punch) {
+        (Some(vx), _) => [*vx, bodies.vz[id as usize]],
+        (None, Some(punch)) if id == ids.punch() => [0.0, punch.velocity],
+        _ => [0.0; 2],
+    };
+    properties.add_both(
+        ["their bodies part", "their bodies approach"],
+        of(&|contact| {
+            let [[ax, az], [bx, bz]] = [velocity(contact.id1), velocity(contact.id2)];
+            (bx - ax) * contact.normal[0] + (bz - az) * contact.normal[1] > 0.0
+        }),
+    );
+    if let Some(before) = before {
+        let had = |contact: &Contact| {
+            let same = |other: &Contact| (other.id1, other.id2) == (contact.id1, contact.id2);
+            before.contacts.iter().any(same)
+        };
+        properties.add_both(["they touched before", "they have just begun"], of(&had));
+    }
+    for axis in [0, 1] {
+        let words = [
+            [
+                "their normals point to the right",
+                "their normals point to the left",
+            ],
+            ["their normals point up", "their normals point down"],
+        ];
+        properties.add_both(words[axis], of(&|contact| contact.normal[axis] > 0.0));
+    }
+    let mut partners: BTreeMap<u32, f64> = BTreeMap::new();
+    for id in all.iter().flat_map(|contact| [contact.id1, contact.id2]) {
+        *partners.entry(id).or_default() += 1.0;
+    }
+    let radius = |id: u32| bodies.radius.get(id as usize).copied();
+    let smaller = |contact: &Contact| {
+        let second = bodies.radius[contact.id2 as usize];
+        radius(contact.id1).unwrap_or(second).min(second)
+    };
+    let larger = |contact: &Contact| {
+        let second = bodies.radius[contact.id2 as usize];
+        radius(contact.id1).unwrap_or(second).max(second)
+    };
+    let of_grains = |contact: &Contact, value: &dyn Fn(u32) -> f64| {
+        let one = if ids.is_grain(contact.id1) {
+            value(contact.id1)
+        } else {
+            f64::NEG_INFINITY
+        };
+        one.max(value(contact.id2))
+    };
+    properties.numbers = vec![
+        (
+            "their overlap over the smaller radius",
+            number(&|contact| contact.overlap / smaller(contact)),
+        ),
+        ("their overlap, m,", number(&|contact| contact.overlap)),
+        ("the larger radius, m,", number(&larger)),
+        ("the smaller radius, m,", number(&smaller)),
+        (
+            "the ratio of their radii",
+            number(&|contact| larger(contact) / smaller(contact)),
+        ),
+        (
+            "the larger id of their grains",
+            number(&|contact| of_grains(contact, &f64::from)),
+        ),
+        (
+            "the number of contacts of one of their grains",
+            number(&|contact| of_grains(contact, &|id| partners[&id])),
+        ),
+        ("their x, m,", number(&|contact| contact.point[0])),
+        ("their z, m,", number(&|contact| contact.point[1])),
+        (
+            "their normal force, N,",
+            number(&|contact| contact.normal_force),
+        ),
+    ];
+    let split = properties.split(&is_wrong)?;
+    let (count, others) = (wrong.len(), all.len() - wrong.len());
+    Some(format!(
+        "contacts are wrong where {split}: all {count} of these and none of the other {others}"
+    ))
+}
+
+/// What all of these grains have and no other one of this moment.
+pub(crate) fn of_grains(case: &Case, own: &Snapshot, wrong: &[usize]) -> Option<String> {
+    let (ids, bodies) = (case.ids(), &own.bodies);
+    let of =
+        |property: &dyn Fn(usize) -> bool| (0..bodies.len()).map(property).collect::<Vec<bool>>();
+    let is_wrong = of(&|id| wrong.contains(&id));
+    if wrong.is_empty() || wrong.len() == bodies.len() {
+        return None;
+    }
+    let touches = |body: u32, id: usize| {
+        let mut contacts = own.contacts.iter();
+        contacts.any(|contact| contact.id1 == body && contact.id2 as usize == id)
+    };
+    let mut properties = Properties::default();
+    for index in 0..case.model.walls.len() {
+        properties.add(
+            format!("they touch wall {index}"),
+            of(&|id| touches(ids.wall(index), id)),
+        );
+    }
+    properties.add("they touch the punch", of(&|id| touches(ids.punch(), id)));
+    let mut partners = vec![0.0; bodies.len()];
+    for id in own
+        .contacts
+        .iter()
+        .flat_map(|contact| [contact.id1, contact.id2])
+    {
+        if let Some(count) = partners.get_mut(id as usize) {
+            *count += 1.0;
+        }
+    }
+    properties.add_both(
+        ["they touch nothing", "they touch something"],
+        of(&|id| partners[id] == 0.0),
+    );
+    properties.add_both(
+        ["they go right", "they go left"],
+        of(&|id| bodies.vx[id] > 0.0),
+    );
+    properties.add_both(["they rise", "they fall"], of(&|id| bodies.vz[id] > 0.0));
+    let of_all = |value: &dyn Fn(usize) -> f64| (0..bodies.len()).map(value).collect::<Vec<f64>>();
+    properties.numbers = vec![
+        ("their radius, m,", bodies.radius.clone()),
+        ("their mass, kg,", bodies.mass.clone()),
+        ("their id", of_all(&|id| id as f64)),
+        ("the number of their contacts", partners),
+        (
+            "their speed, m/s,",
+            of_all(&|id| bodies.vx[id].hypot(bodies.vz[id])),
+        ),
+        ("their x, m,", bodies.x.clone()),
+        ("their z, m,", bodies.z.clone()),
+    ];
+    if bodies.spin.len() == bodies.len() {
+        properties
+            .numbers
+            .push(("their spin, rad/s,", of_all(&|id| bodies.spin[id].abs())));
+    }
+    let split = properties.split(&is_wrong)?;
+    let (count, others) = (wrong.len(), bodies.len() - wrong.len());
+    Some(format!(
+        "grains are wrong where {split}: all {count} of these and none of the other {others}"
+    ))
+}
