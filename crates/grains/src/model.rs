@@ -61,6 +61,19 @@ pub enum Axis {
     X = 0,
     /// Up.
     Z = 1,
+    /// In space, the third.
+    Y = 2,
+}
+
+impl Axis {
+    /// Which component of a vector in space.
+    pub fn in_space(self) -> usize {
+        match self {
+            Axis::X => 0,
+            Axis::Y => 1,
+            Axis::Z => 2,
+        }
+    }
 }
 
 /// An infinite wall; grains feel it from both sides.

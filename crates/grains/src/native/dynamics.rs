@@ -18,6 +18,7 @@ use crate::model::Kernel;
 use crate::reference::Reference;
 use crate::tables::{Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage};
 use crate::variant::Variant;
+use crate::vector::in_plane;
 
 /// The parts of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -342,7 +343,7 @@ impl Dynamics {
                 time: step as f64 * self.constants.dt,
                 bodies,
                 contacts,
-                memory: reference.memories,
+                memory: reference.memory(),
                 punch: self.state.punch,
             };
         }
@@ -364,7 +365,7 @@ impl Dynamics {
     /// All contacts with what they remember, sorted by ids. Without friction that is the normal alone.
     fn contacts(&self) -> (Vec<Contact>, Vec<Remembered>) {
         if let Some(reference) = &self.reference {
-            return (reference.contacts.clone(), reference.memories.clone());
+            return (reference.contacts.clone(), reference.memory());
         }
         let (state, constants) = (&self.state, &self.constants);
         let mut listed = Vec::new();
@@ -395,17 +396,17 @@ fn written_out(reference: &mut Reference, state: &mut State) {
 
 /// The state is what the reference has.
 fn take_over(reference: &Reference, state: &mut State) {
-    let (force, torque) = reference.loads();
-    let bodies = &reference.bodies;
-    for (number, at) in state.place.iter().map(|at| *at as usize).enumerate() {
+    let bodies = &reference.bodies();
+    for (number, (force, torque)) in reference.loads().enumerate() {
+        let at = state.place[number] as usize;
         state.position[at] = [bodies.x[number], bodies.z[number]];
         state.velocity[at] = [bodies.vx[number], bodies.vz[number]];
-        state.force[at] = force[number];
+        state.force[at] = in_plane(force);
         if let (Some(to), Some(spin)) = (state.spin.get_mut(at), bodies.spin.get(number)) {
             *to = *spin;
         }
         if let Some(to) = state.torque.get_mut(at) {
-            *to = torque[number];
+            *to = torque[1];
         }
     }
     state.punch = reference.punch;
