@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use crate::files::{Aside, FileError, Place, Stream, failed};
 use grains::tables::{Bodies, BodyIds, Contact, Remembered, tangential};
 
-/// The most text of a row, bytes: nine numbers and their separators, with room to spare.
-const LONGEST_ROW: u64 = 300;
+/// The most text of a row, bytes: fourteen numbers and their separators, with room to spare.
+const LONGEST_ROW: u64 = 400;
 /// A longer line is no row and no header, bytes.
 const LONGEST_LINE: u64 = 4096;
 
@@ -30,6 +30,16 @@ struct BodyRow {
     spin: Option<f64>,
     #[serde(default)]
     inertia: Option<f64>,
+    #[serde(default)]
+    y: Option<f64>,
+    #[serde(default)]
+    vy: Option<f64>,
+    #[serde(default)]
+    spin_x: Option<f64>,
+    #[serde(default)]
+    spin_z: Option<f64>,
+    #[serde(default)]
+    material: Option<u32>,
 }
 
 #[derive(Deserialize)]
@@ -46,7 +56,8 @@ struct ContactRow {
     z: f64,
 }
 
-/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate.
+/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate; in space also `y,vy`,
+/// `spin_x,spin_z` and `material`.
 pub fn write_bodies<'a>(place: impl Into<Place<'a>>, bodies: &Bodies) -> Result<(), FileError> {
     let mut header = vec!["id", "x", "z", "vx", "vz", "radius", "mass"];
     let mut columns = vec![
@@ -60,6 +71,19 @@ pub fn write_bodies<'a>(place: impl Into<Place<'a>>, bodies: &Bodies) -> Result<
     if bodies.rotate() {
         header.extend(["spin", "inertia"]);
         columns.extend([&bodies.spin, &bodies.inertia]);
+    }
+    let material: Vec<f64> = bodies.material.iter().copied().map(f64::from).collect();
+    for (name, column) in [
+        ("y", &bodies.y),
+        ("vy", &bodies.vy),
+        ("spin_x", &bodies.spin_x),
+        ("spin_z", &bodies.spin_z),
+        ("material", &material),
+    ] {
+        if !column.is_empty() {
+            header.push(name);
+            columns.push(column);
+        }
     }
     let rows = (0..bodies.len()).map(|row| {
         let numbers: Vec<f64> = columns.iter().map(|column| column[row]).collect();
@@ -100,8 +124,36 @@ pub fn read_bodies<'a>(place: impl Into<Place<'a>>, count: u32) -> Result<Bodies
         ensure(both, "spin", &"alone", "given with an inertia")?;
         bodies.spin.extend(grain.spin);
         bodies.inertia.extend(grain.inertia);
-        let in_all = !bodies.rotate() || bodies.spin.len() == bodies.len();
-        ensure(in_all, "spin", &"nothing", "given in every row or in none")?;
+        for (key, value, column) in [
+            ("y", grain.y, &mut bodies.y),
+            ("vy", grain.vy, &mut bodies.vy),
+            ("spin_x", grain.spin_x, &mut bodies.spin_x),
+            ("spin_z", grain.spin_z, &mut bodies.spin_z),
+        ] {
+            let number = value.unwrap_or(0.0);
+            ensure(number.is_finite(), key, &number, "finite")?;
+            column.extend(value);
+        }
+        bodies.material.extend(grain.material);
+        let in_space = grain.y.is_some();
+        let whole = grain.vy.is_some() == in_space
+            && [grain.spin_x, grain.spin_z]
+                .iter()
+                .all(|spin| spin.is_some() == (in_space && grain.spin.is_some()));
+        ensure(
+            whole,
+            "y",
+            &"some columns",
+            "given with vy, and with spin_x and spin_z where grains rotate",
+        )?;
+        for (key, rows) in [
+            ("spin", bodies.spin.len()),
+            ("y", bodies.y.len()),
+            ("material", bodies.material.len()),
+        ] {
+            let in_all = rows == 0 || rows == bodies.len();
+            ensure(in_all, key, &"nothing", "given in every row or in none")?;
+        }
     }
     Ok(bodies)
 }

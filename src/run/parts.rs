@@ -385,6 +385,7 @@ fn snapshot(moment: &Moment, at: (Stage, u64), scene: &Scene, punch: Option<Punc
         time: step as f64 * scene.time_step_seconds(),
         bodies: moment.bodies.clone(),
         contacts: moment.contacts.clone(),
+        across: Vec::new(),
         memory: moment.memory.clone(),
         punch,
     }

@@ -14,9 +14,11 @@ use crate::rules::{
     DampedGravity, DampedSpins, DampingComponents, DampingVelocity, GivenVelocities, Integration,
     Rules, WrittenVelocities,
 };
-use crate::tables::{Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage, tangential};
+use crate::tables::{
+    Across, Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage, tangential,
+};
 use crate::variant::{Form, Variant};
-use crate::vector::{Vector, dot, hypot, in_plane, in_space, minus, plus, times};
+use crate::vector::{Vector, dot, hypot, in_plane, in_space, minus, norm, plus, times};
 use touch::{Near, Touch};
 
 /// Grains, what their contacts remember and what pushes them. After each step the forces belong to the positions.
@@ -33,6 +35,8 @@ pub struct Reference {
     pub punch: Option<Punch>,
     /// The contacts of the last evaluation, sorted by ids.
     pub contacts: Vec<Contact>,
+    /// What they have besides in space.
+    across: Vec<Across>,
     force: Vec<Vector>,
     torque: Vec<Vector>,
     /// What contacts remember, sorted by ids.
@@ -60,6 +64,9 @@ struct Sizes {
     mass: Vec<f64>,
     /// Empty where grains do not rotate.
     inertia: Vec<f64>,
+    /// Empty where all are alike.
+    material: Vec<u32>,
+    in_space: bool,
 }
 
 /// How a body moves.
@@ -87,6 +94,9 @@ struct Memory {
     normal: Vector,
     /// Tangential force on body 2, N.
     shear: Vector,
+    /// Moments on body 2 against rolling and twisting, N·m.
+    bending: Vector,
+    twisting: Vector,
 }
 
 impl From<&Remembered> for Memory {
@@ -95,6 +105,8 @@ impl From<&Remembered> for Memory {
             ids: (planar.id1, planar.id2),
             normal: in_space(planar.normal),
             shear: in_space(planar.shear),
+            bending: [0.0; 3],
+            twisting: [0.0; 3],
         }
     }
 }
@@ -144,13 +156,16 @@ impl Reference {
             stiffness_radius: in_classes.unwrap_or_else(|| bodies.radius.clone()),
             motions: motions(&bodies),
             sizes: Sizes {
+                in_space: bodies.in_space(),
                 radius: bodies.radius,
                 mass: bodies.mass,
                 inertia: bodies.inertia,
+                material: bodies.material,
             },
             felt: punch,
             punch,
             contacts: Vec::new(),
+            across: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
             memories: memory.iter().map(Memory::from).collect(),
@@ -202,9 +217,11 @@ impl Reference {
         self.force.iter().copied().zip(self.torque.iter().copied())
     }
 
-    /// What contacts remember, sorted by ids.
+    /// What contacts remember, sorted by ids; nothing in space.
     pub fn memory(&self) -> Vec<Remembered> {
-        self.memories.iter().map(Remembered::from).collect()
+        let planar = !self.sizes.in_space;
+        let told = self.memories.iter().filter(|_| planar);
+        told.map(Remembered::from).collect()
     }
 
     /// The grains now; radii are those at contacts.
@@ -213,21 +230,25 @@ impl Reference {
     }
 
     fn table(&self, motions: &[Motion]) -> Bodies {
-        let column = |of: fn(&Motion) -> f64| motions.iter().map(of).collect();
-        let rotates = !self.sizes.inertia.is_empty();
+        let column = |is_there: bool, of: fn(&Motion) -> f64| {
+            let there = motions.iter().filter(|_| is_there);
+            there.map(of).collect()
+        };
+        let (space, spins) = (self.sizes.in_space, !self.sizes.inertia.is_empty());
         Bodies {
-            x: column(|grain| grain.place[0]),
-            z: column(|grain| grain.place[2]),
-            vx: column(|grain| grain.velocity[0]),
-            vz: column(|grain| grain.velocity[2]),
-            spin: if rotates {
-                column(|grain| grain.spin[1])
-            } else {
-                Vec::new()
-            },
+            x: column(true, |grain| grain.place[0]),
+            z: column(true, |grain| grain.place[2]),
+            vx: column(true, |grain| grain.velocity[0]),
+            vz: column(true, |grain| grain.velocity[2]),
             radius: self.sizes.radius.clone(),
             mass: self.sizes.mass.clone(),
+            spin: column(spins, |grain| grain.spin[1]),
             inertia: self.sizes.inertia.clone(),
+            y: column(space, |grain| grain.place[1]),
+            vy: column(space, |grain| grain.velocity[1]),
+            spin_x: column(space && spins, |grain| grain.spin[0]),
+            spin_z: column(space && spins, |grain| grain.spin[2]),
+            material: self.sizes.material.clone(),
         }
     }
 
@@ -261,6 +282,8 @@ impl Reference {
         let law = &self.constants.law;
         self.tangents = law.friction_angles().map(f64::tan);
         self.constants.rules = law.resolved(self.constants.rules);
+        // With what pairs had between them.
+        self.near = Near::default();
     }
 
     fn rules(&self) -> &Rules {
@@ -416,6 +439,7 @@ impl Reference {
             sums.resize(grains, [0.0; 3]);
         }
         self.contacts.clear();
+        self.across.clear();
         let Spare {
             mut touching,
             mut memories,
@@ -440,16 +464,24 @@ impl Reference {
             let remembered = before.next_if(|memory| memory.ids == *ids);
             let action = self.act(*ids, &touch, remembered);
             self.memories.extend(action.memory);
-            self.contacts.push(contact(*ids, &touch, action.force));
+            if self.sizes.in_space {
+                let (contact, across) = row(*ids, &touch, action.force);
+                self.contacts.push(contact);
+                self.across.push(across);
+            } else {
+                self.contacts.push(planar_row(*ids, &touch, action.force));
+            }
             let only = |side| touch.first == Body::Grain && self.has(Form::OneSided(side));
             let (first_feels, second_feels) = (!only(1), !only(0));
             if touch.first == Body::Grain && first_feels {
                 self.force[one] = minus(self.force[one], action.force);
-                self.torque[one] = plus(self.torque[one], action.torques[0]);
+                let torque = plus(self.torque[one], action.torques[0]);
+                self.torque[one] = minus(torque, action.moment);
             }
             if second_feels {
                 self.force[two] = plus(self.force[two], action.force);
-                self.torque[two] = plus(self.torque[two], action.torques[1]);
+                let torque = plus(self.torque[two], action.torques[1]);
+                self.torque[two] = plus(torque, action.moment);
             }
             if touch.first == Body::Punch {
                 on_punch -= action.force[2];
@@ -504,14 +536,15 @@ impl Reference {
             time: self.steps as f64 * self.constants.dt,
             bodies: self.written(),
             contacts: self.contacts.clone(),
+            across: self.across.clone(),
             memory: Vec::new(),
             punch: self.punch,
         }
     }
 }
 
-/// A row of the table of contacts.
-fn contact((id1, id2): Ids, touch: &Touch, force: Vector) -> Contact {
+/// A row of the table of contacts in the plane.
+fn planar_row((id1, id2): Ids, touch: &Touch, force: Vector) -> Contact {
     let ([nx, nz], [fx, fz]) = (in_plane(touch.normal), in_plane(force));
     Contact {
         id1,
@@ -524,13 +557,30 @@ fn contact((id1, id2): Ids, touch: &Touch, force: Vector) -> Contact {
     }
 }
 
+/// The same in space.
+fn row(ids: Ids, touch: &Touch, force: Vector) -> (Contact, Across) {
+    let normal_force = dot(force, touch.normal);
+    let tangential = minus(force, times(normal_force, touch.normal));
+    let across = Across {
+        normal: touch.normal[1],
+        point: touch.point[1],
+        tangential,
+    };
+    let contact = Contact {
+        normal_force,
+        tangential_force: norm(tangential),
+        ..planar_row(ids, touch, force)
+    };
+    (contact, across)
+}
+
 fn motions(bodies: &Bodies) -> Vec<Motion> {
-    // A law without rotation may be followed by one with it.
-    let spin = |i: usize| bodies.spin.get(i).copied().unwrap_or(0.0);
+    // A law without rotation may be followed by one with it; what is across the plane is zero in it.
+    let value = |column: &[f64], i: usize| column.get(i).copied().unwrap_or(0.0);
     let motion = |i: usize| Motion {
-        place: in_space([bodies.x[i], bodies.z[i]]),
-        velocity: in_space([bodies.vx[i], bodies.vz[i]]),
-        spin: [0.0, spin(i), 0.0],
+        place: [bodies.x[i], value(&bodies.y, i), bodies.z[i]],
+        velocity: [bodies.vx[i], value(&bodies.vy, i), bodies.vz[i]],
+        spin: [&bodies.spin_x, &bodies.spin, &bodies.spin_z].map(|column| value(column, i)),
     };
     (0..bodies.len()).map(motion).collect()
 }

@@ -136,6 +136,7 @@ fn probing_step(scene: &Scene) -> f64 {
         Viscosity::Restitution { e_n, tension } => {
             2.0 * damping_ratio(e_n, tension) * (mass * stiffness).sqrt()
         }
+        Viscosity::Ratio { ratio, .. } => 2.0 * ratio * (mass * stiffness).sqrt(),
     };
     springs.min(PROBE_OF_DASHPOT * mass / constant)
 }

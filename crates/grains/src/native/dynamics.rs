@@ -343,6 +343,7 @@ impl Dynamics {
                 time: step as f64 * self.constants.dt,
                 bodies,
                 contacts,
+                across: Vec::new(),
                 memory: reference.memory(),
                 punch: self.state.punch,
             };
@@ -357,6 +358,7 @@ impl Dynamics {
             time: step as f64 * self.constants.dt,
             bodies: self.state.bodies(),
             contacts,
+            across: Vec::new(),
             memory,
             punch: self.state.punch,
         }

@@ -1,31 +1,53 @@
 //! What a contact does: springs, dashpots, Coulomb's limit and torques, by the law and the rules.
 
+use std::f64::consts::PI;
+use std::hint::black_box;
+
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, series};
-use crate::model::damping_ratio;
+use crate::model::Solid;
 use crate::rules::{
     Arms, ArmsAtWalls, LimitFrom, NewContact, RestitutionFormula, Slip, SlipAdded, SlipAtWalls,
     SpringTurn, SpringWhenSliding, StiffnessMean, TangentialDashpot, TensionRule, WallMass,
     WallStiffness,
 };
-use crate::scene::{Tension, Viscosity};
+use crate::scene::{Rolling, Springs, Tension, Viscosity};
 use crate::tables::Body;
 use crate::variant::Form;
-use crate::vector::{Vector, cross, dot, hypot, minus, plus, times};
+use crate::vector::{Vector, cross, dot, hypot, minus, norm, plus, times};
 
-/// k_n, k_s and c_n of a pair.
-struct Strength {
+/// What is the same for two bodies as long as the law is.
+#[derive(Clone, Copy)]
+pub(super) struct Pair {
+    /// k_n and k_s of linear springs, N/m. Of Hertz's F_n/u^1.5 and k_s/u^0.5, N/m^1.5.
     k_n: f64,
     k_s: f64,
+    /// Effective mass, kg.
+    mass: f64,
+    /// tan φ.
+    tangent: f64,
+    /// Pull of adhesion, N.
+    pull: f64,
+}
+
+/// A contact's constants at its overlap.
+struct Strength {
+    /// Force of the normal spring, N.
+    elastic: f64,
+    k_s: f64,
     c_n: f64,
+    /// Of the dashpot along the tangent.
+    c_s: f64,
 }
 
 /// What a contact does in a step.
 pub(super) struct Action {
     /// On body 2, N.
     pub force: Vector,
-    /// On body 1 and body 2, N·m.
+    /// On body 1 and body 2 by the force, N·m.
     pub torques: [Vector; 2],
+    /// On body 2 by rolling and twisting, N·m; body 1 feels the opposite.
+    pub moment: Vector,
     /// Where the law has friction.
     pub memory: Option<Memory>,
 }
@@ -33,35 +55,54 @@ pub(super) struct Action {
 const NONE: Vector = [0.0; 3];
 
 impl Reference {
-    /// k_n, k_s and c_n of these bodies.
-    fn strength(&self, ids: Ids, touch: &Touch) -> Strength {
-        let constants = &self.constants;
+    /// What these bodies have between them; a flat one has the grain's radius.
+    pub(super) fn pair(&self, ids: Ids, first: Body) -> Pair {
+        let (constants, law) = (&self.constants, &self.constants.law);
+        let material = |i: usize| law.solid(self.sizes.material.get(i).copied().unwrap_or(0));
         let two = ids.1 as usize;
         let m2 = self.sizes.mass[two];
-        let (radii, mass) = match touch.first {
+        let (radii, mass, solids) = match first {
             Body::Grain => {
                 let one = ids.0 as usize;
                 let m1 = self.sizes.mass[one];
                 let radii = [one, two].map(|i| self.stiffness_radius[i]);
-                (radii, m1 * m2 / (m1 + m2))
+                (radii, m1 * m2 / (m1 + m2), [one, two].map(material))
             }
-            Body::Wall => ([self.stiffness_radius[two]; 2], self.wall_mass(m2)),
-            Body::Punch => (touch.radii, self.wall_mass(m2)),
+            flat => {
+                let radii = match flat {
+                    Body::Wall => &self.stiffness_radius,
+                    _ => &self.sizes.radius,
+                };
+                let solids = [law.solid(0), material(two)];
+                ([radii[two]; 2], self.wall_mass(m2), solids)
+            }
         };
-        let [a, b] = radii.map(|radius| constants.law.modulus * radius);
-        let [c, d] = [a, b].map(|side| side * constants.law.stiffness_ratio);
-        let (mut k_n, mut k_s) = match constants.law.has_dashpots() {
-            false => (2.0 * a * b / (a + b), 2.0 * c * d / (c + d)),
-            true => (series(a, b), series(c, d)),
+        let [one, two] = solids;
+        let (mut k_n, mut k_s, pull) = match law.contact.springs {
+            Springs::Linear => {
+                let [a, b] = [one.modulus * radii[0], two.modulus * radii[1]];
+                let [c, d] = [a * one.stiffness_ratio, b * two.stiffness_ratio];
+                match law.has_dashpots() {
+                    false => (2.0 * a * b / (a + b), 2.0 * c * d / (c + d), 0.0),
+                    true => (series(a, b), series(c, d), 0.0),
+                }
+            }
+            Springs::HertzMindlin => {
+                let radius = radii[0] * radii[1] / (radii[0] + radii[1]);
+                let k_n = 4.0 / 3.0 * normal_modulus(one, two) * radius.sqrt();
+                let k_s = 8.0 * shear_modulus(one, two) * radius.sqrt();
+                let energy = law.contact.adhesion.unwrap_or(0.0);
+                (k_n, k_s, 4.0 * PI * radius * energy)
+            }
         };
         let rigid = self.rules().wall_stiffness == WallStiffness::Rigid;
-        if rigid && touch.first != Body::Grain {
+        if rigid && first != Body::Grain {
             k_n *= 2.0;
             k_s *= 2.0;
         }
-        k_n *= constants.normal_factors[touch.first as usize];
+        k_n *= constants.normal_factors[first as usize];
         k_s *= constants.tangential_factor;
-        if touch.first == Body::Grain {
+        if first == Body::Grain && law.contact.springs == Springs::Linear {
             let [r1, r2] = radii;
             let mean = match self.rules().stiffness_mean {
                 _ if self.has(Form::StiffnessOfFirst) => Some(r1),
@@ -77,19 +118,57 @@ impl Reference {
                 k_s *= mean / right;
             }
         }
-        let mut c_n = match constants.law.contact.viscosity {
+        let mut tangent = self.tangents[first as usize];
+        if !law.materials.is_empty() {
+            tangent = one.friction_angle.min(two.friction_angle).tan();
+        }
+        Pair {
+            k_n,
+            k_s,
+            mass,
+            tangent,
+            pull,
+        }
+    }
+
+    /// The constants of these bodies' contact at this overlap.
+    fn strength(&self, ids: Ids, touch: &Touch) -> Strength {
+        let constants = &self.constants;
+        let contact = &constants.law.contact;
+        let (pair, u) = (&touch.pair, touch.overlap);
+        let (elastic, k_n, k_s) = match contact.springs {
+            Springs::Linear => (pair.k_n * u, pair.k_n, pair.k_s),
+            Springs::HertzMindlin => {
+                let root = power(u, 0.5);
+                (
+                    pair.k_n * power(u, 1.5),
+                    1.5 * pair.k_n * root,
+                    pair.k_s * root,
+                )
+            }
+        };
+        let by_ratio = |ratio: f64, k: f64| 2.0 * ratio * (pair.mass * k).max(0.0).sqrt();
+        let [normal, along] = constants.damping_ratios;
+        let mut c_n = match contact.viscosity {
             Viscosity::None => 0.0,
             Viscosity::Dashpot { c_n, .. } => series(c_n, c_n),
-            Viscosity::Restitution { .. } => {
-                2.0 * constants.damping_ratio * (mass * k_n).max(0.0).sqrt()
-            }
+            Viscosity::Restitution { .. } | Viscosity::Ratio { .. } => by_ratio(normal, k_n),
         };
         c_n *= self.restitution_factor();
         if touch.first == Body::Grain && self.has(Form::DashpotOfMeanMass) {
-            let m1 = self.sizes.mass[ids.0 as usize];
+            let [m1, m2] = [ids.0, ids.1].map(|id| self.sizes.mass[id as usize]);
             c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
         }
-        Strength { k_n, k_s, c_n }
+        let c_s = match contact.springs {
+            Springs::Linear => c_n,
+            Springs::HertzMindlin => by_ratio(along, k_s),
+        };
+        Strength {
+            elastic,
+            k_s,
+            c_n,
+            c_s,
+        }
     }
 
     /// The effective mass at walls and punch, kg.
@@ -112,9 +191,10 @@ impl Reference {
         if chosen == tension {
             return 1.0;
         }
-        match damping_ratio(e_n, tension) {
+        let springs = self.constants.law.contact.springs;
+        match springs.damping_ratio(e_n, tension) {
             0.0 => 1.0,
-            ratio => damping_ratio(e_n, chosen) / ratio,
+            ratio => springs.damping_ratio(e_n, chosen) / ratio,
         }
     }
 
@@ -138,35 +218,102 @@ impl Reference {
     pub(super) fn act(&self, ids: Ids, touch: &Touch, remembered: Option<&Memory>) -> Action {
         let strength = self.strength(ids, touch);
         let on = self.motions(ids, touch.first);
-        let mut normal_force = strength.k_n * touch.overlap;
-        let mut clips = false;
-        if self.constants.law.has_dashpots() {
-            normal_force -= strength.c_n * dot(touch.normal, at_contact_point(touch, on));
-            clips = self.rules().tension == TensionRule::Cut;
-        }
-        // A force that is cut has no direction, not that of −0.
-        let normal_force = match normal_force < 0.0 && clips {
-            true => NONE,
-            false => times(normal_force, touch.normal),
-        };
+        let normal_force = self.normal_force(touch, on, &strength);
         if !self.constants.law.has_friction() {
             return Action {
                 force: plus(normal_force, NONE),
-                torques: self.torques(touch, on, normal_force),
+                torques: [NONE; 2],
+                moment: NONE,
                 memory: None,
             };
         }
         let (shear, kept) = self.shear(touch, on, &strength, normal_force, remembered);
         let force = plus(normal_force, shear);
+        let [bending, twisting] = match self.constants.law.contact.rolling {
+            Some(rolling) => self.moments(&rolling, touch, on, normal_force, remembered),
+            None => [NONE; 2],
+        };
         Action {
             force,
             torques: self.torques(touch, on, force),
+            moment: plus(bending, twisting),
             memory: Some(Memory {
                 ids,
                 normal: touch.normal,
                 shear: kept,
+                bending,
+                twisting,
             }),
         }
+    }
+
+    /// Spring, dashpot and adhesion, on body 2, N.
+    fn normal_force(&self, touch: &Touch, on: [Motion; 2], strength: &Strength) -> Vector {
+        let law = &self.constants.law;
+        let clips = law.has_dashpots() && self.rules().tension == TensionRule::Cut;
+        let speed = || dot(touch.normal, at_contact_point(touch, on));
+        if law.contact.springs == Springs::Linear {
+            let mut force = strength.elastic;
+            if law.has_dashpots() {
+                force -= strength.c_n * speed();
+            }
+            // A force that is cut has no direction, not that of −0.
+            return match force < 0.0 && clips {
+                true => NONE,
+                false => times(force, touch.normal),
+            };
+        }
+        let pull = touch.pair.pull;
+        let spring = times(strength.elastic - pull, touch.normal);
+        if !law.has_dashpots() {
+            return spring;
+        }
+        let viscous = times(strength.c_n, times(speed(), touch.normal));
+        let force = minus(spring, viscous);
+        if !clips || dot(force, touch.normal) >= 0.0 {
+            return force;
+        }
+        if law.contact.adhesion.is_none() {
+            return NONE;
+        }
+        // YADE's: where the dashpot pulls more than adhesion does, it is left out and adhesion counted twice.
+        let size = norm(viscous);
+        match size > pull {
+            true => minus(spring, times(pull, viscous.map(|part| part / size))),
+            false => force,
+        }
+    }
+
+    /// Moments against rolling and twisting, on body 2, N·m.
+    fn moments(
+        &self,
+        rolling: &Rolling,
+        touch: &Touch,
+        on: [Motion; 2],
+        normal_force: Vector,
+        remembered: Option<&Memory>,
+    ) -> [Vector; 2] {
+        let relative = minus(on[1].spin, on[0].spin);
+        let twist = times(dot(relative, touch.normal), touch.normal);
+        let stiffnesses = [rolling.bending_stiffness, rolling.twisting_stiffness];
+        let before = remembered.map_or([NONE; 2], |memory| {
+            [memory.bending, memory.twisting].map(|of| self.turned(memory.normal, of, touch, on))
+        });
+        let rates = [minus(relative, twist), twist];
+        let [mut bending, twisting] = [0, 1].map(|at| {
+            let way = times(self.constants.dt, rates[at]);
+            minus(before[at], times(stiffnesses[at], way))
+        });
+        // As in YADE, where a force of zero limits nothing.
+        let force = norm(normal_force);
+        if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0 && force > 0.0) {
+            let most = force * (limit * ((touch.radii[0] + touch.radii[1]) / 2.0));
+            let size = norm(bending);
+            if size > most {
+                bending = times(most / size, bending);
+            }
+        }
+        [bending, twisting]
     }
 
     /// The tangential force on body 2, N, and what its spring remembers of it.
@@ -197,8 +344,9 @@ impl Reference {
             NewContact::Nothing => share = 0.0,
             _ => {}
         }
-        // YADE's laws with and without a dashpot multiply in different orders.
-        let growth = match self.constants.law.has_dashpots() {
+        let (law, is_linear) = (&self.constants.law, self.is_linear());
+        // YADE's linear laws with and without a dashpot multiply in different orders.
+        let growth = match law.has_dashpots() && is_linear {
             false => times(strength.k_s, times(dt, slip)),
             true => times(strength.k_s * dt, slip),
         };
@@ -206,7 +354,7 @@ impl Reference {
         if let (true, Some(memory)) = (before_turn, remembered) {
             shear = self.turned(memory.normal, shear, touch, on);
         }
-        let tangent = self.tangents[touch.first as usize];
+        let tangent = touch.pair.tangent;
         if self.has(Form::NoCoulombLimit) {
             return (shear, shear);
         }
@@ -215,14 +363,27 @@ impl Reference {
             let limited = shear.map(|part| part.max(-limit).min(limit));
             return (limited, limited);
         }
-        let limit_squared = match self.rules().limit_from {
-            LimitFrom::Spring => (strength.k_n * touch.overlap * tangent).powi(2),
-            LimitFrom::WholeForce => dot(normal_force, normal_force) * (tangent * tangent),
+        // Of linear springs the square comes first, as in YADE. Adhesion presses as much as it pulls.
+        let (limit, limit_squared) = match (self.rules().limit_from, is_linear) {
+            (LimitFrom::WholeForce, true) => {
+                let squared = dot(normal_force, normal_force) * (tangent * tangent);
+                (squared.sqrt(), squared)
+            }
+            (from, _) => {
+                let pressing = match from {
+                    LimitFrom::Spring => strength.elastic,
+                    LimitFrom::WholeForce => norm(normal_force) + touch.pair.pull,
+                };
+                let limit = pressing * tangent;
+                (limit, limit * limit)
+            }
         };
         let dashpot = self.rules().tangential_dashpot;
         let braking = match dashpot {
             TangentialDashpot::None => NONE,
-            _ => times(-strength.c_n, slip),
+            _ if is_linear => times(-strength.c_n, slip),
+            // Divided by dt again, as in YADE.
+            _ => times(-strength.c_s, times(dt, slip).map(|way| way / dt)),
         };
         let within = match dashpot {
             TangentialDashpot::Within => plus(shear, braking),
@@ -231,7 +392,7 @@ impl Reference {
         let squared = dot(within, within);
         let slides = squared > limit_squared;
         let cut = match slides {
-            true => times(limit_squared.sqrt() / squared.sqrt(), within),
+            true => times(limit / squared.sqrt(), within),
             false => within,
         };
         let kept = match (slides, self.rules().spring_when_sliding, dashpot) {
@@ -251,6 +412,10 @@ impl Reference {
             false => cut,
         };
         (force, kept)
+    }
+
+    fn is_linear(&self) -> bool {
+        self.constants.law.contact.springs == Springs::Linear
     }
 
     /// A vector of the step before, turned with the normal and with the spins about it.
@@ -340,4 +505,24 @@ fn at_contact_point(touch: &Touch, on: [Motion; 2]) -> Vector {
         plus(motion.velocity, cross(motion.spin, arm))
     });
     minus(v2, v1)
+}
+
+/// E* of two bodies, 1/E* = (1 − ν_1²)/E_1 + (1 − ν_2²)/E_2, Pa.
+fn normal_modulus(a: Solid, b: Solid) -> f64 {
+    let give = |solid: Solid| 1.0 - solid.poissons_ratio * solid.poissons_ratio;
+    a.modulus * b.modulus / (give(a) * b.modulus + give(b) * a.modulus)
+}
+
+/// G* of two bodies, 1/G* = (2 − ν_1)/G_1 + (2 − ν_2)/G_2 with G = E/(2(1 + ν)), Pa.
+fn shear_modulus(a: Solid, b: Solid) -> f64 {
+    let [a, b] = [a, b].map(|solid| {
+        let shear = solid.modulus / (2.0 * (1.0 + solid.poissons_ratio));
+        (2.0 - solid.poissons_ratio) / shear
+    });
+    1.0 / (a + b)
+}
+
+/// By the C library's `pow`, whose bits YADE has; the compiler may take others for an exponent that it knows.
+fn power(base: f64, exponent: f64) -> f64 {
+    base.powf(black_box(exponent))
 }

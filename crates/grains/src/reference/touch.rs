@@ -1,5 +1,6 @@
 //! Where two bodies touch: grains, a grain and a wall, a grain and the punch.
 
+use super::law::Pair;
 use super::{Ids, Reference};
 use crate::model::Wall;
 use crate::rules::{Slip, SlipAtWalls};
@@ -16,6 +17,7 @@ pub(super) struct Touch {
     pub point: Vector,
     pub radii: [f64; 2],
     pub slip: Slip,
+    pub pair: Pair,
 }
 
 impl Reference {
@@ -23,22 +25,29 @@ impl Reference {
     pub(super) fn find_touching(&mut self, all: &mut Vec<(Ids, Touch)>) {
         self.find_near();
         let pairs = self.near.pairs.iter();
-        let touch = |(i, j): &Ids| Some(((*i, *j), self.grains(*i as usize, *j as usize)?));
+        let touch = |(ids, pair): &(Ids, Pair)| Some((*ids, self.grains(*ids, pair)?));
         all.extend(pairs.filter_map(touch));
         let (grains, ids) = (self.motions.len(), self.constants.ids);
         for (index, wall) in self.constants.walls.iter().enumerate() {
             if !self.has(Form::WallMissing(index)) {
-                let touch = |i| Some(((ids.wall(index), i as u32), self.wall(wall, i)?));
+                let touch = |i| {
+                    let ids = (ids.wall(index), i as u32);
+                    Some((ids, self.wall(ids, wall)?))
+                };
                 all.extend((0..grains).filter_map(touch));
             }
         }
         if let Some(punch) = &self.felt {
-            let touch = |i| Some(((ids.punch(), i as u32), self.punch(punch, i)?));
+            let touch = |i| {
+                let ids = (ids.punch(), i as u32);
+                Some((ids, self.punch(ids, punch)?))
+            };
             all.extend((0..grains).filter_map(touch));
         }
     }
 
-    fn grains(&self, i: usize, j: usize) -> Option<Touch> {
+    fn grains(&self, ids: Ids, pair: &Pair) -> Option<Touch> {
+        let (i, j) = (ids.0 as usize, ids.1 as usize);
         let (one, two) = (self.motions[i].place, self.motions[j].place);
         let (r1, r2) = (self.sizes.radius[i], self.sizes.radius[j]);
         let way = minus(two, one);
@@ -60,10 +69,12 @@ impl Reference {
             point: plus(one, times(r1 - 0.5 * overlap, normal)),
             radii: [r1, r2],
             slip: self.rules().slip,
+            pair: *pair,
         })
     }
 
-    fn wall(&self, wall: &Wall, i: usize) -> Option<Touch> {
+    fn wall(&self, ids: Ids, wall: &Wall) -> Option<Touch> {
+        let i = ids.1 as usize;
         let (axis, radius) = (wall.axis.in_space(), self.sizes.radius[i]);
         let mut point = self.motions[i].place;
         let distance = point[axis] - wall.place;
@@ -78,11 +89,13 @@ impl Reference {
             point,
             radii: [radius; 2],
             slip: self.slip_at_walls(self.rules().slip),
+            pair: self.pair(ids, Body::Wall),
         })
     }
 
     /// The punch is endless across the plane.
-    fn punch(&self, punch: &Punch, i: usize) -> Option<Touch> {
+    fn punch(&self, ids: Ids, punch: &Punch) -> Option<Touch> {
+        let i = ids.1 as usize;
         let (place, radius) = (self.motions[i].place, self.sizes.radius[i]);
         let [x, z] = in_plane(place);
         let ([cx, cz], [ex, ez]) = (punch.centre, punch.half_extents);
@@ -94,6 +107,7 @@ impl Reference {
             point: times(0.5, plus(nearest, minus(place, times(radius, normal)))),
             radii: [radius; 2],
             slip,
+            pair: self.pair(ids, Body::Punch),
         };
         if rx.abs() <= ex && rz.abs() <= ez {
             // Centre inside: out by the nearest face.
@@ -171,6 +185,8 @@ impl Reference {
             }
         }
         pairs.sort_unstable();
+        let pair = |ids: Ids| (ids, self.pair(ids, Body::Grain));
+        let pairs = pairs.into_iter().map(pair).collect();
         Near { pairs, at }
     }
 }
@@ -178,7 +194,8 @@ impl Reference {
 /// Pairs of grains that are not far apart, as long as no grain has gone far.
 #[derive(Clone, Default)]
 pub(super) struct Near {
-    pairs: Vec<Ids>,
+    /// With what they have between them.
+    pairs: Vec<(Ids, Pair)>,
     /// Where they were looked for, m.
     at: Vec<Vector>,
 }
