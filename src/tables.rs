@@ -9,7 +9,7 @@ use csv::StringRecord;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::files::{Aside, FileError, Place, Stream, failed};
-use grains::tables::{Bodies, BodyIds, Contact, Remembered, tangential};
+use grains::tables::{Across, Bodies, BodyIds, Contact, Remembered, tangential};
 
 /// The most text of a row, bytes: fourteen numbers and their separators, with room to spare.
 const LONGEST_ROW: u64 = 400;
@@ -54,6 +54,16 @@ struct ContactRow {
     nz: f64,
     x: f64,
     z: f64,
+    #[serde(default)]
+    ny: Option<f64>,
+    #[serde(default)]
+    y: Option<f64>,
+    #[serde(default)]
+    ftx: Option<f64>,
+    #[serde(default)]
+    fty: Option<f64>,
+    #[serde(default)]
+    ftz: Option<f64>,
 }
 
 /// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate; in space also `y,vy`,
@@ -175,12 +185,22 @@ fn rules_of(
 
 const CONTACT_COLUMNS: [&str; 9] = ["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"];
 
-/// Writes contacts with these columns.
+/// Further ones in space.
+const ACROSS_COLUMNS: [&str; 5] = ["ny", "y", "ftx", "fty", "ftz"];
+
+/// Writes contacts with these columns, and what they have in space.
 pub fn write_contacts<'a>(
     place: impl Into<Place<'a>>,
     contacts: &[Contact],
+    across: &[Across],
 ) -> Result<(), FileError> {
-    let rows = contacts.iter().map(|contact| {
+    let mut header = CONTACT_COLUMNS.to_vec();
+    if !across.is_empty() {
+        header.extend(ACROSS_COLUMNS);
+    }
+    let rows = contacts.iter().enumerate().map(|(at, contact)| {
+        let across = across.get(at);
+        let across = across.map(|across| (across.normal, across.point, across.tangential));
         let forces = [
             contact.overlap,
             contact.normal_force,
@@ -192,9 +212,10 @@ pub fn write_contacts<'a>(
             forces,
             contact.normal,
             contact.point,
+            Vec::from_iter(across),
         )
     });
-    write_rows(place, &CONTACT_COLUMNS, rows)
+    write_rows(place, &header, rows)
 }
 
 /// More contacts than a plane bed of so many grains can have: six a grain, twice over, and walls.
@@ -205,16 +226,16 @@ pub fn most_contacts(grains: u32) -> u64 {
 /// A normal's length may differ from 1 by so much: what single precision makes of it, and half as much again.
 pub const NORMAL_TOLERANCE: f64 = 1.8e-7;
 
-/// Reads the contacts between these bodies, sorted by ids, normals of length 1.
+/// Reads the contacts between these bodies, sorted by ids, normals of length 1, and what they have in space.
 pub fn read_contacts<'a>(
     place: impl Into<Place<'a>>,
     ids: BodyIds,
-) -> Result<Vec<Contact>, FileError> {
+) -> Result<(Vec<Contact>, Vec<Across>), FileError> {
     let bodies = ids.punch() + 1;
     let rows = Rows::<ContactRow>::open(place, most_contacts(ids.grains))?;
     let path = &rows.path.clone();
     let mut before = None;
-    let mut contacts = Vec::new();
+    let (mut contacts, mut all_across) = (Vec::new(), Vec::new());
     for (row, line) in rows.enumerate() {
         let contact = line?;
         let ensure = rules_of(path, row);
@@ -238,7 +259,26 @@ pub fn read_contacts<'a>(
         let pair = format_args!("{}-{}", contact.id1, contact.id2);
         ensure(is_later, "pair", &pair, "after the pair of the row before")?;
         before = Some((contact.id1, contact.id2));
-        let is_unit = (contact.nx.hypot(contact.nz) - 1.0).abs() <= NORMAL_TOLERANCE;
+        let across = [contact.ny, contact.y, contact.ftx, contact.fty, contact.ftz];
+        for (key, value) in ACROSS_COLUMNS.iter().zip(across) {
+            let number = value.unwrap_or(0.0);
+            let holds = number.is_finite() && value.is_some() == contact.ny.is_some();
+            ensure(holds, key, &number, "finite, and given with the others")?;
+        }
+        if let [Some(normal), Some(point), Some(x), Some(y), Some(z)] = across {
+            all_across.push(Across {
+                normal,
+                point,
+                tangential: [x, y, z],
+            });
+        }
+        let in_all = all_across.is_empty() || all_across.len() == row + 1;
+        ensure(in_all, "ny", &"nothing", "given in every row or in none")?;
+        let length = contact
+            .nx
+            .hypot(contact.nz)
+            .hypot(contact.ny.unwrap_or(0.0));
+        let is_unit = (length - 1.0).abs() <= NORMAL_TOLERANCE;
         let normal = format_args!("({}, {})", contact.nx, contact.nz);
         ensure(is_unit, "normal", &normal, "of length 1")?;
         contacts.push(Contact {
@@ -251,7 +291,7 @@ pub fn read_contacts<'a>(
             point: [contact.x, contact.z],
         });
     }
-    Ok(contacts)
+    Ok((contacts, all_across))
 }
 
 #[derive(Deserialize)]

@@ -1,6 +1,7 @@
 //! Spheres in space against the real YADE, to the bit. Without the feature `yade` these tests are listed as ignored.
 
 use chacha20::ChaCha8Rng;
+use crossgrain::compare::compare;
 use crossgrain::engine::yade;
 use grains::generate::symmetric;
 use grains::model::{Axis, Law, Model, Solid, Wall};
@@ -214,4 +215,33 @@ fn each_term_in_space_has_the_bits_of_yade() {
     let (numbers, contacts) = same_bits(&cases);
     assert_eq!(numbers, 9 * 8 * 243 * 9);
     assert!(contacts > 9 * 243, "{contacts}");
+}
+
+/// The scene of the examples, poured by both engines and compared as any two runs are.
+#[test]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
+fn a_scene_in_space_has_the_bits_of_yade_under_the_punch_too() {
+    let mut scene = json_scene("examples/poured-spheres.json");
+    scene.particles.count = 300;
+    scene.measurement.history_every = 500;
+    // At the second look the bed has less energy than at the first, so pouring ends there.
+    scene.settle.check_every = 6_000;
+    scene.settle.max_steps = 12_000;
+    scene.settle.kinetic_energy_fraction = 0.99;
+    scene.loading.speed = 0.2;
+    scene.loading.pressure = 1.0e9;
+    scene.loading.give_up_depth = 1999.5 * 0.2 * scene.time_step_seconds();
+    let native = native_run(&scene, sound(), Protocol::Whole);
+    let yade = run_of(&scene, &yade::Options::default(), Protocol::Whole);
+    let comparison = compare(&native, &yade, None);
+    assert!(comparison.same_bits, "{}", comparison.answer());
+    assert_eq!(native.record.stages.len(), 2);
+    assert_eq!(native.last.across, yade.last.across);
+    let punch = scene.particles.count + 5;
+    let mut contacts = native.last.contacts.iter();
+    assert!(contacts.any(|contact| contact.id1 == punch));
+}
+
+fn json_scene(path: &str) -> Scene {
+    parse_scene(&text_of(root(path))).expect("an example")
 }

@@ -150,10 +150,8 @@ class TablesInSpace(model_in_yade.Tables):
         contacts = sorted(model.real_contacts(), key=lambda contact: (contact.id1, contact.id2))
         for contact in contacts:
             geometry, physics = contact.geom, contact.phys
-            shear = physics.shearForce
-            if model.hertz:
-                shear = shear - physics.shearViscous
-            normal, point, force = geometry.normal, numbers(geometry.contactPoint), physics.normalForce + shear
+            normal, point = geometry.normal, numbers(geometry.contactPoint)
+            force = physics.normalForce + physics.shearForce
             along = float(dot(force, normal))
             tangential = numbers(force - along * normal)
             table.extend((contact.id1, contact.id2, float(geometry.penetrationDepth), along))

@@ -84,6 +84,9 @@ const LONGEST_WORD: usize = 1 << 16;
 /// A height that is given back is the same within this share, also in single precision and in other units.
 const SAME_START: f64 = 1.0e-5;
 
+/// Grains and contacts of a moment, and what contacts have besides in space.
+type Tables = (Bodies, (Vec<Contact>, Vec<Across>));
+
 /// The moments of a job, which are checked against the start that the engine was given.
 struct Moments<'a> {
     folder: &'a Path,
@@ -130,12 +133,10 @@ pub fn scene(
             "its first moment is not the start that it was given; write the grains of initial.csv as they are, digit by digit"
                 .to_owned()
         })?;
-        check_moment(&snapshot, scene.container.width).map_err(|trouble| {
-            ProgramError::WentWrong {
-                stage: snapshot.stage,
-                step: snapshot.step,
-                trouble,
-            }
+        check_moment(&snapshot, &scene.container).map_err(|trouble| ProgramError::WentWrong {
+            stage: snapshot.stage,
+            step: snapshot.step,
+            trouble,
         })?;
         seen.push((snapshot.stage, snapshot.step));
         observer.snapshot(&snapshot);
@@ -375,10 +376,7 @@ impl<'a> Moments<'a> {
         })?;
         let (bodies, (contacts, across)) = match moment.contacts {
             Some(count) => (self.next_bodies(&at)?, self.next_contacts(count, &at)?),
-            None => {
-                let (bodies, contacts) = self.tables(moment.stage, moment.step, &at)?;
-                (bodies, (contacts, Vec::new()))
-            }
+            None => self.tables(moment.stage, moment.step, &at)?,
         };
         for contact in &contacts {
             self.check_contact(contact, &at)?;
@@ -401,7 +399,7 @@ impl<'a> Moments<'a> {
     }
 
     /// The tables of a moment as text.
-    fn tables(&self, stage: Stage, step: u64, at: &str) -> Result<(Bodies, Vec<Contact>)> {
+    fn tables(&self, stage: Stage, step: u64, at: &str) -> Result<Tables> {
         let name = |what: &str| format!("{}-{step}-{what}.csv", stage.name());
         // By its name in the job's folder: that is moved or removed before anybody reads this.
         let place = format!("{}/", self.folder.display());
@@ -457,6 +455,9 @@ impl<'a> Moments<'a> {
         ensure(found == wanted, || {
             format!("{at}: {found} grains instead of {wanted}")
         })?;
+        ensure(bodies.in_space() == self.bodies.in_space(), || {
+            format!("{at}: the columns y and vy are for grains in space, and for those always")
+        })?;
         ensure(bodies.rotate() == self.bodies.rotate(), || {
             format!(
                 "{at}: the columns spin and inertia are for grains that rotate, and for those always"
@@ -464,7 +465,8 @@ impl<'a> Moments<'a> {
         })?;
         let same = bodies.radius == self.bodies.radius
             && bodies.mass == self.bodies.mass
-            && bodies.inertia == self.bodies.inertia;
+            && bodies.inertia == self.bodies.inertia
+            && bodies.material == self.bodies.material;
         ensure(same, || {
             format!(
                 "{at}: other radii, masses or moments of inertia than in initial.csv; write them as they were given"

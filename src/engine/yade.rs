@@ -129,7 +129,10 @@ impl Engine for Options {
                 version,
                 sorted: self.sorted,
                 verlet_distance: self.verlet_distance,
-                script: script_digest(),
+                script: match scene.in_space() {
+                    true => script_digest_in_space(),
+                    false => script_digest(),
+                },
             },
             log: exec::log(work),
             // Its stages tell what they took, without the start.
@@ -191,9 +194,14 @@ const SHARED: Script = script!("model_in_yade.py");
 /// Does any of these jobs in space.
 const IN_SPACE: Script = script!("in_space.py");
 
-/// SHA-256 of the scripts that run a scene, in hexadecimal: what ran inside YADE.
+/// SHA-256 of the scripts that run a scene in the plane, in hexadecimal: what ran inside YADE.
 pub fn script_digest() -> String {
     sha256_hex(format!("{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
+}
+
+/// The same of a scene in space.
+fn script_digest_in_space() -> String {
+    sha256_hex(format!("{}{}{}", IN_SPACE.1, RUN_SCENE.1, SHARED.1).as_bytes())
 }
 
 fn missing(reason: String) -> ProgramError {
@@ -232,7 +240,9 @@ pub fn lacking(scene: &Scene) -> Option<String> {
         .count();
     let in_one = 0 < dashpots && dashpots < stages.len();
     let in_one = in_one.then(|| "dashpots in one stage only".to_owned());
-    stages.iter().find_map(unsupported).or(in_one)
+    let in_space = scene.in_space() && scene.has_stages();
+    let in_space = in_space.then(|| "constants of loading in space".to_owned());
+    stages.iter().find_map(unsupported).or(in_one).or(in_space)
 }
 
 /// The YADE that is to run the scene, which has all that it asks for.

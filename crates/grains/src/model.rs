@@ -76,6 +76,26 @@ pub struct Solid {
     pub friction_angle: f64,
 }
 
+impl Solid {
+    /// F_n/u^1.5 of Hertz's spring and k_s/u^0.5 of Mindlin's between two bodies with this R* = R_1 R_2/(R_1 + R_2): 4/3 E* √R*
+    /// and 8 G* √R*, N/m^1.5.
+    pub fn hertz_mindlin(self, other: Solid, radius: f64) -> [f64; 2] {
+        // 1/E* = (1 − ν_1²)/E_1 + (1 − ν_2²)/E_2, and 1/G* = (2 − ν_1)/G_1 + (2 − ν_2)/G_2 with G = E/(2(1 + ν)).
+        let give = |solid: Solid| 1.0 - solid.poissons_ratio * solid.poissons_ratio;
+        let sum = give(self) * other.modulus + give(other) * self.modulus;
+        let normal = self.modulus * other.modulus / sum;
+        let [a, b] = [self, other].map(|solid| {
+            let shear = solid.modulus / (2.0 * (1.0 + solid.poissons_ratio));
+            (2.0 - solid.poissons_ratio) / shear
+        });
+        let shear = 1.0 / (a + b);
+        [
+            4.0 / 3.0 * normal * radius.sqrt(),
+            8.0 * shear * radius.sqrt(),
+        ]
+    }
+}
+
 /// Which coordinate a wall holds fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -118,15 +138,19 @@ impl Model {
     /// What this scene asks for in pouring.
     pub fn of(scene: &Scene) -> Self {
         let wall = |axis, place| Wall { axis, place };
+        let mut walls = vec![
+            wall(Axis::X, 0.0),
+            wall(Axis::X, scene.container.width),
+            wall(Axis::Z, 0.0),
+        ];
+        if let Some(depth) = scene.container.depth {
+            walls.extend([wall(Axis::Y, 0.0), wall(Axis::Y, depth)]);
+        }
         Model {
             gravity: [0.0, -scene.gravity],
             alpha: scene.damping.alpha(),
             dt: scene.time_step_seconds(),
-            walls: vec![
-                wall(Axis::X, 0.0),
-                wall(Axis::X, scene.container.width),
-                wall(Axis::Z, 0.0),
-            ],
+            walls,
             law: Law {
                 modulus: scene.material.youngs_modulus,
                 stiffness_ratio: scene.material.stiffness_ratio,
@@ -279,6 +303,8 @@ pub enum Kernel {
     Frictionless,
     /// Friction with history, dashpots, or both.
     General,
+    /// Spheres in space: the step as it is written out.
+    Space,
 }
 
 /// What is computed of a scene.
@@ -346,10 +372,17 @@ impl ModelRecord {
         } else {
             "contact.viscosity.kind = none"
         };
+        let spring = match law.contact.springs {
+            Springs::Linear => "every contact has one",
+            Springs::HertzMindlin => "every contact has one, of Hertz",
+        };
         ModelRecord {
-            kernel: native.then(|| Kernel::of(&law)),
+            kernel: native.then(|| match scene.in_space() {
+                true => Kernel::Space,
+                false => Kernel::of(&law),
+            }),
             terms: vec![
-                term("normal spring", true, "every contact has one".to_owned()),
+                term("normal spring", true, spring.to_owned()),
                 term(
                     "tangential spring, Coulomb limit and their history",
                     law.has_friction(),

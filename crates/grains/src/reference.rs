@@ -19,6 +19,7 @@ use crate::tables::{
 };
 use crate::variant::{Form, Variant};
 use crate::vector::{Vector, dot, hypot, in_plane, in_space, minus, norm, plus, times};
+use law::Pair;
 use touch::{Near, Touch};
 
 /// Grains, what their contacts remember and what pushes them. After each step the forces belong to the positions.
@@ -33,10 +34,8 @@ pub struct Reference {
     motions: Vec<Motion>,
     /// The punch now.
     pub punch: Option<Punch>,
-    /// The contacts of the last evaluation, sorted by ids.
-    pub contacts: Vec<Contact>,
-    /// What they have besides in space.
-    across: Vec<Across>,
+    /// Those that touch since the last evaluation, sorted by ids.
+    touching: Vec<Touching>,
     force: Vec<Vector>,
     torque: Vec<Vector>,
     /// What contacts remember, sorted by ids.
@@ -53,7 +52,8 @@ pub struct Reference {
     /// Pairs that touched at the start, where others are not found.
     listed: Option<BTreeSet<Ids>>,
     near: Near,
-    spare: Spare,
+    /// Room for what contacts remembered before.
+    spare: Vec<Memory>,
 }
 
 type Ids = (u32, u32);
@@ -97,18 +97,7 @@ struct Memory {
     /// Moments on body 2 against rolling and twisting, N·m.
     bending: Vector,
     twisting: Vector,
-}
-
-impl From<&Remembered> for Memory {
-    fn from(planar: &Remembered) -> Self {
-        Memory {
-            ids: (planar.id1, planar.id2),
-            normal: in_space(planar.normal),
-            shear: in_space(planar.shear),
-            bending: [0.0; 3],
-            twisting: [0.0; 3],
-        }
-    }
+    pair: Pair,
 }
 
 impl From<&Memory> for Remembered {
@@ -122,11 +111,13 @@ impl From<&Memory> for Remembered {
     }
 }
 
-/// Room that is used in each step anew.
-#[derive(Clone, Default)]
-struct Spare {
-    touching: Vec<(Ids, Touch)>,
-    memories: Vec<Memory>,
+/// Two bodies that touch.
+#[derive(Clone)]
+struct Touching {
+    ids: Ids,
+    touch: Touch,
+    /// On body 2, N.
+    force: Vector,
 }
 
 impl Reference {
@@ -164,20 +155,31 @@ impl Reference {
             },
             felt: punch,
             punch,
-            contacts: Vec::new(),
-            across: Vec::new(),
+            touching: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
-            memories: memory.iter().map(Memory::from).collect(),
+            memories: Vec::new(),
             steps: 0,
             before: None,
             touched: BTreeMap::new(),
             listed: None,
             near: Near::default(),
-            spare: Spare::default(),
+            spare: Vec::new(),
             constants,
         };
         reference.choose();
+        let remembered = memory.iter().map(|planar| {
+            let ids = (planar.id1, planar.id2);
+            Memory {
+                ids,
+                normal: in_space(planar.normal),
+                shear: in_space(planar.shear),
+                bending: [0.0; 3],
+                twisting: [0.0; 3],
+                pair: reference.pair(ids),
+            }
+        });
+        reference.memories = remembered.collect();
         match memory.is_empty() {
             true => reference.evaluate(),
             false => reference.look(),
@@ -206,15 +208,30 @@ impl Reference {
     /// Puts grains and punch there; forces stay those of the last evaluation.
     pub(crate) fn put(&mut self, bodies: &Bodies, punch: Option<Punch>) {
         self.motions = motions(bodies);
-        if self.punch.is_none() {
-            self.felt = punch;
-        }
-        self.punch = punch;
+        self.press(punch);
+    }
+
+    /// Whether it is not in the plane.
+    pub fn is_in_space(&self) -> bool {
+        self.sizes.in_space
     }
 
     /// Force, N, and torque, N·m, on each grain.
     pub(crate) fn loads(&self) -> impl Iterator<Item = (Vector, Vector)> {
         self.force.iter().copied().zip(self.torque.iter().copied())
+    }
+
+    /// The contacts of the last evaluation, sorted by ids.
+    pub fn contacts(&self) -> Vec<Contact> {
+        self.contacts_with_across().0
+    }
+
+    fn contacts_with_across(&self) -> (Vec<Contact>, Vec<Across>) {
+        let touching = self.touching.iter();
+        match self.sizes.in_space {
+            false => (touching.map(Touching::in_plane).collect(), Vec::new()),
+            true => touching.map(Touching::in_space).unzip(),
+        }
     }
 
     /// What contacts remember, sorted by ids; nothing in space.
@@ -267,9 +284,12 @@ impl Reference {
         self.choose();
     }
 
-    /// Sets a punch on the bed; grains feel it from the next step on.
-    pub fn press(&mut self, punch: Punch) {
-        (self.punch, self.felt) = (Some(punch), Some(punch));
+    /// Sets a punch on the bed, or moves it; grains feel it from the next step on.
+    pub fn press(&mut self, punch: Option<Punch>) {
+        if self.punch.is_none() {
+            self.felt = punch;
+        }
+        self.punch = punch;
     }
 
     /// Takes the model's rules, or the other ones of the variant.
@@ -282,8 +302,9 @@ impl Reference {
         let law = &self.constants.law;
         self.tangents = law.friction_angles().map(f64::tan);
         self.constants.rules = law.resolved(self.constants.rules);
-        // With what pairs had between them.
-        self.near = Near::default();
+        for at in 0..self.memories.len() {
+            self.memories[at].pair = self.pair(self.memories[at].ids);
+        }
     }
 
     fn rules(&self) -> &Rules {
@@ -438,39 +459,33 @@ impl Reference {
             sums.clear();
             sums.resize(grains, [0.0; 3]);
         }
-        self.contacts.clear();
-        self.across.clear();
-        let Spare {
-            mut touching,
-            mut memories,
-        } = std::mem::take(&mut self.spare);
+        let mut touching = std::mem::take(&mut self.touching);
         touching.clear();
         self.find_touching(&mut touching);
-        memories.clear();
-        std::mem::swap(&mut memories, &mut self.memories);
+        let ids = touching.iter().map(|of| of.ids);
+        let all: Option<BTreeSet<Ids>> = self.has(Form::NotFound).then(|| ids.collect());
+        let mut found = None;
+        if self.has(Form::FoundLate) || self.has(Form::OldNormals) {
+            let normals = touching.iter().map(|of| (of.ids, of.touch.normal));
+            found = Some(normals.collect());
+        }
+        touching.retain(|of| self.is_found(of.ids));
+        let mut before = std::mem::take(&mut self.spare);
+        before.clear();
+        std::mem::swap(&mut before, &mut self.memories);
         // Both are sorted by ids.
-        let mut before = memories.iter().peekable();
+        let mut remembering = before.iter().peekable();
         let mut on_punch = 0.0;
-        for (ids, touch) in &touching {
-            if !self.is_found(*ids) {
-                continue;
-            }
-            let mut touch = *touch;
+        for Touching { ids, touch, force } in &mut touching {
             if self.has(Form::OldNormals) {
                 touch.normal = *self.touched.get(ids).unwrap_or(&touch.normal);
             }
             let (one, two) = (ids.0 as usize, ids.1 as usize);
-            while before.next_if(|memory| memory.ids < *ids).is_some() {}
-            let remembered = before.next_if(|memory| memory.ids == *ids);
-            let action = self.act(*ids, &touch, remembered);
+            while remembering.next_if(|memory| memory.ids < *ids).is_some() {}
+            let remembered = remembering.next_if(|memory| memory.ids == *ids);
+            let action = self.act(*ids, touch, remembered);
+            *force = action.force;
             self.memories.extend(action.memory);
-            if self.sizes.in_space {
-                let (contact, across) = row(*ids, &touch, action.force);
-                self.contacts.push(contact);
-                self.across.push(across);
-            } else {
-                self.contacts.push(planar_row(*ids, &touch, action.force));
-            }
             let only = |side| touch.first == Body::Grain && self.has(Form::OneSided(side));
             let (first_feels, second_feels) = (!only(1), !only(0));
             if touch.first == Body::Grain && first_feels {
@@ -490,15 +505,13 @@ impl Reference {
         if let Some(punch) = &mut self.punch {
             punch.force = on_punch;
         }
-        let ids = touching.iter().map(|(ids, _)| *ids);
-        if self.has(Form::NotFound) && self.listed.is_none() {
-            self.listed = Some(ids.collect());
+        if self.listed.is_none() {
+            self.listed = all;
         }
-        if self.has(Form::FoundLate) || self.has(Form::OldNormals) {
-            let normals = touching.iter().map(|(ids, touch)| (*ids, touch.normal));
-            self.touched = normals.collect();
+        if let Some(found) = found {
+            self.touched = found;
         }
-        self.spare = Spare { touching, memories };
+        (self.touching, self.spare) = (touching, before);
     }
 
     /// Whether a pair that touches is noticed.
@@ -530,48 +543,53 @@ impl Reference {
 
     /// This moment as a table.
     pub fn snapshot(&self) -> Snapshot {
+        let (contacts, across) = self.contacts_with_across();
         Snapshot {
             stage: Stage::Settle,
             step: self.steps,
             time: self.steps as f64 * self.constants.dt,
             bodies: self.written(),
-            contacts: self.contacts.clone(),
-            across: self.across.clone(),
+            contacts,
+            across,
             memory: Vec::new(),
             punch: self.punch,
         }
     }
 }
 
-/// A row of the table of contacts in the plane.
-fn planar_row((id1, id2): Ids, touch: &Touch, force: Vector) -> Contact {
-    let ([nx, nz], [fx, fz]) = (in_plane(touch.normal), in_plane(force));
-    Contact {
-        id1,
-        id2,
-        overlap: touch.overlap,
-        normal_force: fx * nx + fz * nz,
-        tangential_force: tangential(fz * nx - fx * nz),
-        normal: [nx, nz],
-        point: in_plane(touch.point),
+impl Touching {
+    /// A row of the table of contacts in the plane.
+    fn in_plane(&self) -> Contact {
+        let (touch, [fx, fz]) = (&self.touch, in_plane(self.force));
+        let [nx, nz] = in_plane(touch.normal);
+        Contact {
+            id1: self.ids.0,
+            id2: self.ids.1,
+            overlap: touch.overlap,
+            normal_force: fx * nx + fz * nz,
+            tangential_force: tangential(fz * nx - fx * nz),
+            normal: [nx, nz],
+            point: in_plane(touch.point),
+        }
     }
-}
 
-/// The same in space.
-fn row(ids: Ids, touch: &Touch, force: Vector) -> (Contact, Across) {
-    let normal_force = dot(force, touch.normal);
-    let tangential = minus(force, times(normal_force, touch.normal));
-    let across = Across {
-        normal: touch.normal[1],
-        point: touch.point[1],
-        tangential,
-    };
-    let contact = Contact {
-        normal_force,
-        tangential_force: norm(tangential),
-        ..planar_row(ids, touch, force)
-    };
-    (contact, across)
+    /// The same in space.
+    fn in_space(&self) -> (Contact, Across) {
+        let touch = &self.touch;
+        let normal_force = dot(self.force, touch.normal);
+        let tangential = minus(self.force, times(normal_force, touch.normal));
+        let across = Across {
+            normal: touch.normal[1],
+            point: touch.point[1],
+            tangential,
+        };
+        let contact = Contact {
+            normal_force,
+            tangential_force: norm(tangential),
+            ..self.in_plane()
+        };
+        (contact, across)
+    }
 }
 
 fn motions(bodies: &Bodies) -> Vec<Motion> {

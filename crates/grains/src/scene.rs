@@ -156,6 +156,10 @@ impl Damping {
 pub struct Container {
     /// Inner width L, m.
     pub width: f64,
+    /// Inner depth, m, between walls at y=0 and y=depth: given, the grains are spheres in space; left out, all is in the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub depth: Option<f64>,
 }
 
 /// The loose cloud that is poured.
@@ -384,9 +388,15 @@ impl Scene {
         share * mass * radius * radius
     }
 
-    /// The vertical force 2ap at which the punch stops, N.
+    /// Whether grains are spheres in space.
+    pub fn in_space(&self) -> bool {
+        self.container.depth.is_some()
+    }
+
+    /// The vertical force 2ap at which the punch stops, per metre of depth or on all of it in space, N.
     pub fn target_force(&self) -> f64 {
-        2.0 * self.loading.half_width * self.loading.pressure
+        let depth = self.container.depth.unwrap_or(1.0);
+        2.0 * self.loading.half_width * self.loading.pressure * depth
     }
 
     /// Steps that the punch stands still once the force is reached; none where the bed is measured at once.

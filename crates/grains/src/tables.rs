@@ -183,7 +183,7 @@ pub enum Body {
 pub struct BodyIds {
     /// Number of grains; they have the ids below it.
     pub grains: u32,
-    /// Number of walls; three in a box.
+    /// Number of walls; three in a box, five in space.
     pub walls: u32,
 }
 
@@ -191,6 +191,13 @@ impl BodyIds {
     /// The ids in a box: left wall, right wall, floor, punch.
     pub fn of_box(grains: u32) -> Self {
         BodyIds { grains, walls: 3 }
+    }
+    /// The ids in a box with these grains, in space those of its front and its back before the punch's.
+    pub fn of(bodies: &Bodies) -> Self {
+        BodyIds {
+            walls: if bodies.in_space() { 5 } else { 3 },
+            ..BodyIds::of_box(bodies.len() as u32)
+        }
     }
     /// The wall with this index.
     pub fn wall(self, index: usize) -> u32 {

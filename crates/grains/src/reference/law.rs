@@ -5,7 +5,6 @@ use std::hint::black_box;
 
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, series};
-use crate::model::Solid;
 use crate::rules::{
     Arms, ArmsAtWalls, LimitFrom, NewContact, RestitutionFormula, Slip, SlipAdded, SlipAtWalls,
     SpringTurn, SpringWhenSliding, StiffnessMean, TangentialDashpot, TensionRule, WallMass,
@@ -56,7 +55,8 @@ const NONE: Vector = [0.0; 3];
 
 impl Reference {
     /// What these bodies have between them; a flat one has the grain's radius.
-    pub(super) fn pair(&self, ids: Ids, first: Body) -> Pair {
+    pub(super) fn pair(&self, ids: Ids) -> Pair {
+        let first = self.constants.ids.body(ids.0);
         let (constants, law) = (&self.constants, &self.constants.law);
         let material = |i: usize| law.solid(self.sizes.material.get(i).copied().unwrap_or(0));
         let two = ids.1 as usize;
@@ -89,8 +89,7 @@ impl Reference {
             }
             Springs::HertzMindlin => {
                 let radius = radii[0] * radii[1] / (radii[0] + radii[1]);
-                let k_n = 4.0 / 3.0 * normal_modulus(one, two) * radius.sqrt();
-                let k_s = 8.0 * shear_modulus(one, two) * radius.sqrt();
+                let [k_n, k_s] = one.hertz_mindlin(two, radius);
                 let energy = law.contact.adhesion.unwrap_or(0.0);
                 (k_n, k_s, 4.0 * PI * radius * energy)
             }
@@ -132,10 +131,10 @@ impl Reference {
     }
 
     /// The constants of these bodies' contact at this overlap.
-    fn strength(&self, ids: Ids, touch: &Touch) -> Strength {
+    fn strength(&self, ids: Ids, touch: &Touch, pair: &Pair) -> Strength {
         let constants = &self.constants;
         let contact = &constants.law.contact;
-        let (pair, u) = (&touch.pair, touch.overlap);
+        let u = touch.overlap;
         let (elastic, k_n, k_s) = match contact.springs {
             Springs::Linear => (pair.k_n * u, pair.k_n, pair.k_s),
             Springs::HertzMindlin => {
@@ -216,9 +215,10 @@ impl Reference {
 
     /// What a contact does that remembers this, and what it remembers after this step.
     pub(super) fn act(&self, ids: Ids, touch: &Touch, remembered: Option<&Memory>) -> Action {
-        let strength = self.strength(ids, touch);
+        let pair = remembered.map_or_else(|| self.pair(ids), |memory| memory.pair);
+        let strength = self.strength(ids, touch, &pair);
         let on = self.motions(ids, touch.first);
-        let normal_force = self.normal_force(touch, on, &strength);
+        let normal_force = self.normal_force(touch, on, &strength, pair.pull);
         if !self.constants.law.has_friction() {
             return Action {
                 force: plus(normal_force, NONE),
@@ -227,7 +227,7 @@ impl Reference {
                 memory: None,
             };
         }
-        let (shear, kept) = self.shear(touch, on, &strength, normal_force, remembered);
+        let (shear, kept) = self.shear(touch, on, (&pair, &strength), normal_force, remembered);
         let force = plus(normal_force, shear);
         let [bending, twisting] = match self.constants.law.contact.rolling {
             Some(rolling) => self.moments(&rolling, touch, on, normal_force, remembered),
@@ -243,12 +243,19 @@ impl Reference {
                 shear: kept,
                 bending,
                 twisting,
+                pair,
             }),
         }
     }
 
     /// Spring, dashpot and adhesion, on body 2, N.
-    fn normal_force(&self, touch: &Touch, on: [Motion; 2], strength: &Strength) -> Vector {
+    fn normal_force(
+        &self,
+        touch: &Touch,
+        on: [Motion; 2],
+        strength: &Strength,
+        pull: f64,
+    ) -> Vector {
         let law = &self.constants.law;
         let clips = law.has_dashpots() && self.rules().tension == TensionRule::Cut;
         let speed = || dot(touch.normal, at_contact_point(touch, on));
@@ -263,7 +270,6 @@ impl Reference {
                 false => times(force, touch.normal),
             };
         }
-        let pull = touch.pair.pull;
         let spring = times(strength.elastic - pull, touch.normal);
         if !law.has_dashpots() {
             return spring;
@@ -321,7 +327,7 @@ impl Reference {
         &self,
         touch: &Touch,
         on: [Motion; 2],
-        strength: &Strength,
+        (pair, strength): (&Pair, &Strength),
         normal_force: Vector,
         remembered: Option<&Memory>,
     ) -> (Vector, Vector) {
@@ -354,7 +360,7 @@ impl Reference {
         if let (true, Some(memory)) = (before_turn, remembered) {
             shear = self.turned(memory.normal, shear, touch, on);
         }
-        let tangent = touch.pair.tangent;
+        let tangent = pair.tangent;
         if self.has(Form::NoCoulombLimit) {
             return (shear, shear);
         }
@@ -372,7 +378,7 @@ impl Reference {
             (from, _) => {
                 let pressing = match from {
                     LimitFrom::Spring => strength.elastic,
-                    LimitFrom::WholeForce => norm(normal_force) + touch.pair.pull,
+                    LimitFrom::WholeForce => norm(normal_force) + pair.pull,
                 };
                 let limit = pressing * tangent;
                 (limit, limit * limit)
@@ -505,21 +511,6 @@ fn at_contact_point(touch: &Touch, on: [Motion; 2]) -> Vector {
         plus(motion.velocity, cross(motion.spin, arm))
     });
     minus(v2, v1)
-}
-
-/// E* of two bodies, 1/E* = (1 − ν_1²)/E_1 + (1 − ν_2²)/E_2, Pa.
-fn normal_modulus(a: Solid, b: Solid) -> f64 {
-    let give = |solid: Solid| 1.0 - solid.poissons_ratio * solid.poissons_ratio;
-    a.modulus * b.modulus / (give(a) * b.modulus + give(b) * a.modulus)
-}
-
-/// G* of two bodies, 1/G* = (2 − ν_1)/G_1 + (2 − ν_2)/G_2 with G = E/(2(1 + ν)), Pa.
-fn shear_modulus(a: Solid, b: Solid) -> f64 {
-    let [a, b] = [a, b].map(|solid| {
-        let shear = solid.modulus / (2.0 * (1.0 + solid.poissons_ratio));
-        (2.0 - solid.poissons_ratio) / shear
-    });
-    1.0 / (a + b)
 }
 
 /// By the C library's `pow`, whose bits YADE has; the compiler may take others for an exponent that it knows.

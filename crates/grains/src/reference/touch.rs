@@ -1,7 +1,6 @@
 //! Where two bodies touch: grains, a grain and a wall, a grain and the punch.
 
-use super::law::Pair;
-use super::{Ids, Reference};
+use super::{Ids, Reference, Touching};
 use crate::model::Wall;
 use crate::rules::{Slip, SlipAtWalls};
 use crate::tables::{Body, Punch};
@@ -17,36 +16,33 @@ pub(super) struct Touch {
     pub point: Vector,
     pub radii: [f64; 2],
     pub slip: Slip,
-    pub pair: Pair,
 }
 
 impl Reference {
     /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains, then the punch.
-    pub(super) fn find_touching(&mut self, all: &mut Vec<(Ids, Touch)>) {
+    pub(super) fn find_touching(&mut self, all: &mut Vec<Touching>) {
         self.find_near();
-        let pairs = self.near.pairs.iter();
-        let touch = |(ids, pair): &(Ids, Pair)| Some((*ids, self.grains(*ids, pair)?));
-        all.extend(pairs.filter_map(touch));
-        let (grains, ids) = (self.motions.len(), self.constants.ids);
+        let mut add = |ids: Ids, touch: Option<Touch>| {
+            let force = [0.0; 3];
+            all.extend(touch.map(|touch| Touching { ids, touch, force }));
+        };
+        for ids in &self.near.pairs {
+            add(*ids, self.grains(*ids));
+        }
+        let (grains, ids) = (self.motions.len() as u32, self.constants.ids);
         for (index, wall) in self.constants.walls.iter().enumerate() {
             if !self.has(Form::WallMissing(index)) {
-                let touch = |i| {
-                    let ids = (ids.wall(index), i as u32);
-                    Some((ids, self.wall(ids, wall)?))
-                };
-                all.extend((0..grains).filter_map(touch));
+                let ids = (0..grains).map(|grain| (ids.wall(index), grain));
+                ids.for_each(|ids| add(ids, self.wall(ids, wall)));
             }
         }
         if let Some(punch) = &self.felt {
-            let touch = |i| {
-                let ids = (ids.punch(), i as u32);
-                Some((ids, self.punch(ids, punch)?))
-            };
-            all.extend((0..grains).filter_map(touch));
+            let ids = (0..grains).map(|grain| (ids.punch(), grain));
+            ids.for_each(|ids| add(ids, self.punch(ids, punch)));
         }
     }
 
-    fn grains(&self, ids: Ids, pair: &Pair) -> Option<Touch> {
+    fn grains(&self, ids: Ids) -> Option<Touch> {
         let (i, j) = (ids.0 as usize, ids.1 as usize);
         let (one, two) = (self.motions[i].place, self.motions[j].place);
         let (r1, r2) = (self.sizes.radius[i], self.sizes.radius[j]);
@@ -69,7 +65,6 @@ impl Reference {
             point: plus(one, times(r1 - 0.5 * overlap, normal)),
             radii: [r1, r2],
             slip: self.rules().slip,
-            pair: *pair,
         })
     }
 
@@ -89,7 +84,6 @@ impl Reference {
             point,
             radii: [radius; 2],
             slip: self.slip_at_walls(self.rules().slip),
-            pair: self.pair(ids, Body::Wall),
         })
     }
 
@@ -107,7 +101,6 @@ impl Reference {
             point: times(0.5, plus(nearest, minus(place, times(radius, normal)))),
             radii: [radius; 2],
             slip,
-            pair: self.pair(ids, Body::Punch),
         };
         if rx.abs() <= ex && rz.abs() <= ez {
             // Centre inside: out by the nearest face.
@@ -185,8 +178,6 @@ impl Reference {
             }
         }
         pairs.sort_unstable();
-        let pair = |ids: Ids| (ids, self.pair(ids, Body::Grain));
-        let pairs = pairs.into_iter().map(pair).collect();
         Near { pairs, at }
     }
 }
@@ -194,8 +185,7 @@ impl Reference {
 /// Pairs of grains that are not far apart, as long as no grain has gone far.
 #[derive(Clone, Default)]
 pub(super) struct Near {
-    /// With what they have between them.
-    pairs: Vec<(Ids, Pair)>,
+    pairs: Vec<Ids>,
     /// Where they were looked for, m.
     at: Vec<Vector>,
 }
