@@ -454,6 +454,8 @@ pub enum Part {
     Timing,
     /// constants of its own for loading
     Stages,
+    /// spheres in space
+    Space,
 }
 
 impl Part {
@@ -501,6 +503,9 @@ fn of_model(model: &Model) -> Vec<Part> {
 /// What a task of this scene asks for and the engine does not have.
 pub fn missing_for_scene(engine: &Description, scene: &Scene, task: &Task) -> Vec<Part> {
     let mut asked = of_model(&Model::of(scene));
+    if scene.in_space() {
+        asked.push(Part::Space);
+    }
     if scene.has_stages() {
         asked.extend(of_model(&Model::in_stage(scene, Stage::Load)));
         asked.push(Part::Stages);
@@ -527,6 +532,9 @@ pub fn lacking_rules(model: Rules, has: Rules) -> Option<String> {
 pub fn missing_for_case(engine: &Description, case: &Case) -> Vec<Part> {
     let mut asked = of_model(&case.model);
     asked.push(Part::Cases);
+    if case.bodies.in_space() {
+        asked.push(Part::Space);
+    }
     if case.punch.is_some() {
         asked.push(Part::Punch);
     }

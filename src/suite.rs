@@ -308,6 +308,8 @@ pub fn springs(modulus: f64) -> Law {
         friction_angle: 0.0,
         wall_friction_angle: None,
         punch_friction_angle: None,
+        poissons_ratio: None,
+        materials: Vec::new(),
         contact: ContactLaw::default(),
     }
 }

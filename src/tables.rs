@@ -9,10 +9,10 @@ use csv::StringRecord;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::files::{Aside, FileError, Place, Stream, failed};
-use grains::tables::{Bodies, BodyIds, Contact, Remembered, tangential};
+use grains::tables::{Across, Bodies, BodyIds, Contact, Remembered, tangential};
 
-/// The most text of a row, bytes: nine numbers and their separators, with room to spare.
-const LONGEST_ROW: u64 = 300;
+/// The most text of a row, bytes: fourteen numbers and their separators, with room to spare.
+const LONGEST_ROW: u64 = 400;
 /// A longer line is no row and no header, bytes.
 const LONGEST_LINE: u64 = 4096;
 
@@ -30,6 +30,16 @@ struct BodyRow {
     spin: Option<f64>,
     #[serde(default)]
     inertia: Option<f64>,
+    #[serde(default)]
+    y: Option<f64>,
+    #[serde(default)]
+    vy: Option<f64>,
+    #[serde(default)]
+    spin_x: Option<f64>,
+    #[serde(default)]
+    spin_z: Option<f64>,
+    #[serde(default)]
+    material: Option<u32>,
 }
 
 #[derive(Deserialize)]
@@ -44,9 +54,20 @@ struct ContactRow {
     nz: f64,
     x: f64,
     z: f64,
+    #[serde(default)]
+    ny: Option<f64>,
+    #[serde(default)]
+    y: Option<f64>,
+    #[serde(default)]
+    ftx: Option<f64>,
+    #[serde(default)]
+    fty: Option<f64>,
+    #[serde(default)]
+    ftz: Option<f64>,
 }
 
-/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate.
+/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate; in space also `y,vy`,
+/// `spin_x,spin_z` and `material`.
 pub fn write_bodies<'a>(place: impl Into<Place<'a>>, bodies: &Bodies) -> Result<(), FileError> {
     let mut header = vec!["id", "x", "z", "vx", "vz", "radius", "mass"];
     let mut columns = vec![
@@ -60,6 +81,19 @@ pub fn write_bodies<'a>(place: impl Into<Place<'a>>, bodies: &Bodies) -> Result<
     if bodies.rotate() {
         header.extend(["spin", "inertia"]);
         columns.extend([&bodies.spin, &bodies.inertia]);
+    }
+    let material: Vec<f64> = bodies.material.iter().copied().map(f64::from).collect();
+    for (name, column) in [
+        ("y", &bodies.y),
+        ("vy", &bodies.vy),
+        ("spin_x", &bodies.spin_x),
+        ("spin_z", &bodies.spin_z),
+        ("material", &material),
+    ] {
+        if !column.is_empty() {
+            header.push(name);
+            columns.push(column);
+        }
     }
     let rows = (0..bodies.len()).map(|row| {
         let numbers: Vec<f64> = columns.iter().map(|column| column[row]).collect();
@@ -100,8 +134,36 @@ pub fn read_bodies<'a>(place: impl Into<Place<'a>>, count: u32) -> Result<Bodies
         ensure(both, "spin", &"alone", "given with an inertia")?;
         bodies.spin.extend(grain.spin);
         bodies.inertia.extend(grain.inertia);
-        let in_all = !bodies.rotate() || bodies.spin.len() == bodies.len();
-        ensure(in_all, "spin", &"nothing", "given in every row or in none")?;
+        for (key, value, column) in [
+            ("y", grain.y, &mut bodies.y),
+            ("vy", grain.vy, &mut bodies.vy),
+            ("spin_x", grain.spin_x, &mut bodies.spin_x),
+            ("spin_z", grain.spin_z, &mut bodies.spin_z),
+        ] {
+            let number = value.unwrap_or(0.0);
+            ensure(number.is_finite(), key, &number, "finite")?;
+            column.extend(value);
+        }
+        bodies.material.extend(grain.material);
+        let in_space = grain.y.is_some();
+        let whole = grain.vy.is_some() == in_space
+            && [grain.spin_x, grain.spin_z]
+                .iter()
+                .all(|spin| spin.is_some() == (in_space && grain.spin.is_some()));
+        ensure(
+            whole,
+            "y",
+            &"some columns",
+            "given with vy, and with spin_x and spin_z where grains rotate",
+        )?;
+        for (key, rows) in [
+            ("spin", bodies.spin.len()),
+            ("y", bodies.y.len()),
+            ("material", bodies.material.len()),
+        ] {
+            let in_all = rows == 0 || rows == bodies.len();
+            ensure(in_all, key, &"nothing", "given in every row or in none")?;
+        }
     }
     Ok(bodies)
 }
@@ -123,12 +185,22 @@ fn rules_of(
 
 const CONTACT_COLUMNS: [&str; 9] = ["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"];
 
-/// Writes contacts with these columns.
+/// Further ones in space.
+const ACROSS_COLUMNS: [&str; 5] = ["ny", "y", "ftx", "fty", "ftz"];
+
+/// Writes contacts with these columns, and what they have in space.
 pub fn write_contacts<'a>(
     place: impl Into<Place<'a>>,
     contacts: &[Contact],
+    across: &[Across],
 ) -> Result<(), FileError> {
-    let rows = contacts.iter().map(|contact| {
+    let mut header = CONTACT_COLUMNS.to_vec();
+    if !across.is_empty() {
+        header.extend(ACROSS_COLUMNS);
+    }
+    let rows = contacts.iter().enumerate().map(|(at, contact)| {
+        let across = across.get(at);
+        let across = across.map(|across| (across.normal, across.point, across.tangential));
         let forces = [
             contact.overlap,
             contact.normal_force,
@@ -140,9 +212,10 @@ pub fn write_contacts<'a>(
             forces,
             contact.normal,
             contact.point,
+            Vec::from_iter(across),
         )
     });
-    write_rows(place, &CONTACT_COLUMNS, rows)
+    write_rows(place, &header, rows)
 }
 
 /// More contacts than a plane bed of so many grains can have: six a grain, twice over, and walls.
@@ -153,16 +226,16 @@ pub fn most_contacts(grains: u32) -> u64 {
 /// A normal's length may differ from 1 by so much: what single precision makes of it, and half as much again.
 pub const NORMAL_TOLERANCE: f64 = 1.8e-7;
 
-/// Reads the contacts between these bodies, sorted by ids, normals of length 1.
+/// Reads the contacts between these bodies, sorted by ids, normals of length 1, and what they have in space.
 pub fn read_contacts<'a>(
     place: impl Into<Place<'a>>,
     ids: BodyIds,
-) -> Result<Vec<Contact>, FileError> {
+) -> Result<(Vec<Contact>, Vec<Across>), FileError> {
     let bodies = ids.punch() + 1;
     let rows = Rows::<ContactRow>::open(place, most_contacts(ids.grains))?;
     let path = &rows.path.clone();
     let mut before = None;
-    let mut contacts = Vec::new();
+    let (mut contacts, mut all_across) = (Vec::new(), Vec::new());
     for (row, line) in rows.enumerate() {
         let contact = line?;
         let ensure = rules_of(path, row);
@@ -186,7 +259,26 @@ pub fn read_contacts<'a>(
         let pair = format_args!("{}-{}", contact.id1, contact.id2);
         ensure(is_later, "pair", &pair, "after the pair of the row before")?;
         before = Some((contact.id1, contact.id2));
-        let is_unit = (contact.nx.hypot(contact.nz) - 1.0).abs() <= NORMAL_TOLERANCE;
+        let across = [contact.ny, contact.y, contact.ftx, contact.fty, contact.ftz];
+        for (key, value) in ACROSS_COLUMNS.iter().zip(across) {
+            let number = value.unwrap_or(0.0);
+            let holds = number.is_finite() && value.is_some() == contact.ny.is_some();
+            ensure(holds, key, &number, "finite, and given with the others")?;
+        }
+        if let [Some(normal), Some(point), Some(x), Some(y), Some(z)] = across {
+            all_across.push(Across {
+                normal,
+                point,
+                tangential: [x, y, z],
+            });
+        }
+        let in_all = all_across.is_empty() || all_across.len() == row + 1;
+        ensure(in_all, "ny", &"nothing", "given in every row or in none")?;
+        let length = contact
+            .nx
+            .hypot(contact.nz)
+            .hypot(contact.ny.unwrap_or(0.0));
+        let is_unit = (length - 1.0).abs() <= NORMAL_TOLERANCE;
         let normal = format_args!("({}, {})", contact.nx, contact.nz);
         ensure(is_unit, "normal", &normal, "of length 1")?;
         contacts.push(Contact {
@@ -199,7 +291,7 @@ pub fn read_contacts<'a>(
             point: [contact.x, contact.z],
         });
     }
-    Ok(contacts)
+    Ok((contacts, all_across))
 }
 
 #[derive(Deserialize)]

@@ -87,6 +87,7 @@ mod strangers;
 
 mod yade_driver;
 
+mod yade_in_space;
 mod yade_live;
 mod yade_open;
 

@@ -24,7 +24,11 @@ fn contact(id1: u32, id2: u32, normal: [f64; 2], force: f64, point: [f64; 2]) ->
 }
 
 fn bed_of<'a>(bodies: &'a Bodies, contacts: &'a [Contact]) -> Bed<'a> {
-    Bed { bodies, contacts }
+    Bed {
+        bodies,
+        contacts,
+        across: &[],
+    }
 }
 
 /// The disc of Figure 4: R = 1 m, vertical line forces of 1 N/m, horizontal ones of 0.5 N/m. Table 3

@@ -64,6 +64,7 @@ fn choices() -> impl Strategy<Value = ContactLaw> {
         torque_arms: [TorqueArms::ContactPoint, TorqueArms::HalfOverlap][usize::from(half)],
         new_contact_slip: [NewContactSlip::SinceTouch, NewContactSlip::WholeStep]
             [usize::from(whole)],
+        ..ContactLaw::default()
     })
 }
 

@@ -265,7 +265,7 @@ fn exec_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
         let step = moment.step;
         let name = |table: &str| place.path().join(format!("settle-{step}-{table}.csv"));
         write_bodies(&name("bodies"), &moment.bodies).expect("a writable folder");
-        write_contacts(&name("contacts"), &moment.contacts).expect("a writable folder");
+        write_contacts(&name("contacts"), &moment.contacts, &[]).expect("a writable folder");
         lines += &format!(
             "{}\n",
             json!({"stage": "settle", "step": step, "punch": null})

@@ -42,7 +42,7 @@ pub fn read(input: &[u8]) -> bool {
             &path,
             &again,
             |path| read_contacts(path, BodyIds::of_box(MOST_ROWS)),
-            |path, rows| write_contacts(path, rows),
+            |path, (contacts, across)| write_contacts(path, contacts, across),
         ),
         b'h' => rows::<HistoryRow>(&path, &again, HistoryRow::HEADER, HistoryRow::is_finite),
         b't' => rows::<TraceRow>(&path, &again, TraceRow::HEADER, |row| {

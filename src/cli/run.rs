@@ -202,6 +202,12 @@ impl Arguments {
         if let Some(seed) = self.seed {
             scene.realization = seed;
         }
+        if scene.in_space()
+            && (self.auto_step.is_some() || self.reduced_stiffness || self.from_state.is_some())
+        {
+            let why = "--auto-step, --reduced-stiffness and --from-state are for scenes in the plane: leave /box/depth or them away";
+            return Err(Error::Usage(why.to_owned()));
+        }
         has_room(&self.out, RECORD)?;
         let protocol = match self.steps {
             Some(steps) => Protocol::Steps { steps },

@@ -16,7 +16,9 @@ use grains::model::Model;
 use grains::native::check_moment;
 use grains::native::timing::{Share, Window};
 use grains::scene::Scene;
-use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason, tangential};
+use grains::tables::{
+    Across, Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason, tangential,
+};
 use grains::task::{
     Case, Effective, Load, Observer, Outcome, Seen, StageReport, Task, Until, moments,
 };
@@ -82,6 +84,9 @@ const LONGEST_WORD: usize = 1 << 16;
 /// A height that is given back is the same within this share, also in single precision and in other units.
 const SAME_START: f64 = 1.0e-5;
 
+/// Grains and contacts of a moment, and what contacts have besides in space.
+type Tables = (Bodies, (Vec<Contact>, Vec<Across>));
+
 /// The moments of a job, which are checked against the start that the engine was given.
 struct Moments<'a> {
     folder: &'a Path,
@@ -128,12 +133,10 @@ pub fn scene(
             "its first moment is not the start that it was given; write the grains of initial.csv as they are, digit by digit"
                 .to_owned()
         })?;
-        check_moment(&snapshot, scene.container.width).map_err(|trouble| {
-            ProgramError::WentWrong {
-                stage: snapshot.stage,
-                step: snapshot.step,
-                trouble,
-            }
+        check_moment(&snapshot, &scene.container).map_err(|trouble| ProgramError::WentWrong {
+            stage: snapshot.stage,
+            step: snapshot.step,
+            trouble,
         })?;
         seen.push((snapshot.stage, snapshot.step));
         observer.snapshot(&snapshot);
@@ -371,7 +374,7 @@ impl<'a> Moments<'a> {
         ensure(moment.out_of_plane == 0.0, || {
             format!("{at}: grains have left the plane")
         })?;
-        let (bodies, contacts) = match moment.contacts {
+        let (bodies, (contacts, across)) = match moment.contacts {
             Some(count) => (self.next_bodies(&at)?, self.next_contacts(count, &at)?),
             None => self.tables(moment.stage, moment.step, &at)?,
         };
@@ -388,6 +391,7 @@ impl<'a> Moments<'a> {
             time: moment.step as f64 * self.dt,
             bodies,
             contacts,
+            across,
             memory: Vec::new(),
             punch,
         };
@@ -395,7 +399,7 @@ impl<'a> Moments<'a> {
     }
 
     /// The tables of a moment as text.
-    fn tables(&self, stage: Stage, step: u64, at: &str) -> Result<(Bodies, Vec<Contact>)> {
+    fn tables(&self, stage: Stage, step: u64, at: &str) -> Result<Tables> {
         let name = |what: &str| format!("{}-{step}-{what}.csv", stage.name());
         // By its name in the job's folder: that is moved or removed before anybody reads this.
         let place = format!("{}/", self.folder.display());
@@ -451,6 +455,9 @@ impl<'a> Moments<'a> {
         ensure(found == wanted, || {
             format!("{at}: {found} grains instead of {wanted}")
         })?;
+        ensure(bodies.in_space() == self.bodies.in_space(), || {
+            format!("{at}: the columns y and vy are for grains in space, and for those always")
+        })?;
         ensure(bodies.rotate() == self.bodies.rotate(), || {
             format!(
                 "{at}: the columns spin and inertia are for grains that rotate, and for those always"
@@ -458,7 +465,8 @@ impl<'a> Moments<'a> {
         })?;
         let same = bodies.radius == self.bodies.radius
             && bodies.mass == self.bodies.mass
-            && bodies.inertia == self.bodies.inertia;
+            && bodies.inertia == self.bodies.inertia
+            && bodies.material == self.bodies.material;
         ensure(same, || {
             format!(
                 "{at}: other radii, masses or moments of inertia than in initial.csv; write them as they were given"
@@ -500,19 +508,33 @@ impl<'a> Moments<'a> {
             mass: start.mass.clone(),
             spin: self.take(start.spin.len(), at)?,
             inertia: start.inertia.clone(),
+            y: self.take(start.y.len(), at)?,
+            vy: self.take(start.vy.len(), at)?,
+            spin_x: self.take(start.spin_x.len(), at)?,
+            spin_z: self.take(start.spin_z.len(), at)?,
+            material: start.material.clone(),
         })
     }
 
-    /// The contacts of the next moment, sorted by ids, normals of length 1.
-    fn next_contacts(&mut self, count: u64, at: &str) -> Result<Vec<Contact>> {
+    /// The contacts of the next moment, sorted by ids, normals of length 1, and what they have besides in space.
+    fn next_contacts(&mut self, count: u64, at: &str) -> Result<(Vec<Contact>, Vec<Across>)> {
         let ids = self.ids;
         let few = count <= text::most_contacts(ids.grains);
         ensure(few, || format!("{at}: {count} contacts"))?;
-        let numbers = self.take(count as usize * CONTACT_COLUMNS, at)?;
-        let (rows, _) = numbers.as_chunks::<CONTACT_COLUMNS>();
-        let contacts: Option<Vec<Contact>> = rows.iter().map(|row| contact(*row, ids)).collect();
+        let further = if self.bodies.in_space() {
+            ACROSS_COLUMNS
+        } else {
+            0
+        };
+        let columns = CONTACT_COLUMNS + further;
+        let numbers = self.take(count as usize * columns, at)?;
+        let rows = numbers.chunks_exact(columns);
+        let planar = rows.clone().filter_map(|row| row.first_chunk());
+        let contacts: Option<Vec<Contact>> = planar.map(|row| contact(*row, ids)).collect();
         let contacts = contacts
             .ok_or_else(|| nonsense(format!("{at}: a contact between bodies that do not exist")))?;
+        let across = rows.filter_map(|row| row[CONTACT_COLUMNS..].first_chunk());
+        let across: Vec<Across> = across.map(|row| in_space(*row)).collect();
         let key = |contact: &Contact| (contact.id1, contact.id2);
         for pair in contacts.windows(2) {
             let (id1, id2) = key(&pair[1]);
@@ -522,14 +544,16 @@ impl<'a> Moments<'a> {
                 )
             })?;
         }
+        let mut ys = across.iter().map(|across| across.normal);
         for contact in &contacts {
-            let off = (contact.normal[0].hypot(contact.normal[1]) - 1.0).abs();
+            let planar = contact.normal[0].hypot(contact.normal[1]);
+            let off = (planar.hypot(ys.next().unwrap_or(0.0)) - 1.0).abs();
             let (id1, id2) = key(contact);
             ensure(off <= text::NORMAL_TOLERANCE, || {
                 format!("{at}: the normal of {id1} and {id2} must be of length 1")
             })?;
         }
-        Ok(contacts)
+        Ok((contacts, across))
     }
 
     /// Nothing follows the last moment.
@@ -543,6 +567,17 @@ impl<'a> Moments<'a> {
 }
 
 const CONTACT_COLUMNS: usize = 9;
+
+/// Further ones in space.
+const ACROSS_COLUMNS: usize = 5;
+
+fn in_space([normal, point, tangential @ ..]: [f64; ACROSS_COLUMNS]) -> Across {
+    Across {
+        normal,
+        point,
+        tangential,
+    }
+}
 
 /// A contact of its row, if both its ids are those of bodies.
 fn contact(row: [f64; CONTACT_COLUMNS], ids: BodyIds) -> Option<Contact> {

@@ -23,7 +23,9 @@ use crate::files::{
 };
 use grains::model::Model;
 use grains::rules::Rules;
-use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
+use grains::scene::{
+    ContactLaw, NewContactSlip, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
+};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::{Case, Effective, Load, Observer, Task};
 use verdict::Answer;
@@ -119,14 +121,18 @@ impl Engine for Options {
     ) -> Result<Run, EngineError> {
         let yade = check_scene(scene, self)?;
         exec::write_scene(work, scene, task, &self.settings())?;
-        let (took, version) = start(&yade, RUN_SCENE, work, self, observer)?;
+        let scripts = scripts(RUN_SCENE, task.start.bodies.in_space());
+        let (took, version) = start(&yade, &scripts, work, self, observer)?;
         Ok(Run {
             outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
             engine: EngineRecord::Yade {
                 version,
                 sorted: self.sorted,
                 verlet_distance: self.verlet_distance,
-                script: script_digest(),
+                script: match scene.in_space() {
+                    true => script_digest_in_space(),
+                    false => script_digest(),
+                },
             },
             log: exec::log(work),
             // Its stages tell what they took, without the start.
@@ -156,7 +162,8 @@ impl Engine for Options {
             threads: steps.processes,
             ..self.clone()
         };
-        let (_, version) = start(&yade, TIME_STEPS, work, &options, &mut ())?;
+        let scripts = scripts(TIME_STEPS, bodies.in_space());
+        let (_, version) = start(&yade, &scripts, work, &options, &mut ())?;
         let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
         Ok((timed, version))
     }
@@ -178,15 +185,23 @@ macro_rules! script {
     };
 }
 
+/// In the plane, and as what a script in space begins with.
 const RUN_SCENE: Script = script!("run_scene.py");
 const RUN_CASES: Script = script!("run_cases.py");
 const TIME_STEPS: Script = script!("time_steps.py");
 const PROPOSE_STEPS: Script = script!("propose_steps.py");
 const SHARED: Script = script!("model_in_yade.py");
+/// Does any of these jobs in space.
+const IN_SPACE: Script = script!("in_space.py");
 
-/// SHA-256 of the scripts that run a scene, in hexadecimal: what ran inside YADE.
+/// SHA-256 of the scripts that run a scene in the plane, in hexadecimal: what ran inside YADE.
 pub fn script_digest() -> String {
     sha256_hex(format!("{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
+}
+
+/// The same of a scene in space.
+fn script_digest_in_space() -> String {
+    sha256_hex(format!("{}{}{}", IN_SPACE.1, RUN_SCENE.1, SHARED.1).as_bytes())
 }
 
 fn missing(reason: String) -> ProgramError {
@@ -225,7 +240,9 @@ pub fn lacking(scene: &Scene) -> Option<String> {
         .count();
     let in_one = 0 < dashpots && dashpots < stages.len();
     let in_one = in_one.then(|| "dashpots in one stage only".to_owned());
-    stages.iter().find_map(unsupported).or(in_one)
+    let in_space = scene.in_space() && scene.has_stages();
+    let in_space = in_space.then(|| "constants of loading in space".to_owned());
+    stages.iter().find_map(unsupported).or(in_one).or(in_space)
 }
 
 /// The YADE that is to run the scene, which has all that it asks for.
@@ -238,7 +255,9 @@ pub fn check_scene(scene: &Scene, options: &Options) -> Result<Installation> {
 pub fn unsupported(model: &Model) -> Option<String> {
     let contact = &model.law.contact;
     let reason = match contact.viscosity {
+        _ if contact.springs == Springs::HertzMindlin => lacking_of_hertz(contact),
         Viscosity::None => None,
+        Viscosity::Ratio { .. } => Some("dashpots by their ratio beside linear springs"),
         Viscosity::Restitution { .. } => Some(
             "dashpots by restitution (it solves for them to 1 % only); give c_n with \
              contact.viscosity.kind = dashpot",
@@ -267,6 +286,22 @@ pub fn unsupported(model: &Model) -> Option<String> {
         .or(timed.then_some("slip since touch (contact.new_contact_slip = since_touch)"))
         .map(str::to_owned)
         .or_else(|| lacking_rules(model.rules, Rules::default()))
+}
+
+/// What its Hertzian law does not have.
+fn lacking_of_hertz(contact: &ContactLaw) -> Option<&'static str> {
+    match contact.viscosity {
+        Viscosity::Dashpot { .. } => Some("dashpots of one constant beside Hertz's springs"),
+        Viscosity::Restitution { tension, .. } | Viscosity::Ratio { tension, .. }
+            if tension == Tension::Unclipped =>
+        {
+            Some("dashpots that pull (contact.viscosity.tension = unclipped)")
+        }
+        _ if contact.torque_arms != TorqueArms::ContactPoint => {
+            Some("Hertz's springs other than with contact.torque_arms = contact_point")
+        }
+        _ => None,
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -306,6 +341,14 @@ pub fn run_cases(
     Ok((cases?, version))
 }
 
+/// The scripts of a job: the one that is started, and what it needs.
+fn scripts(script: Script, in_space: bool) -> Vec<Script> {
+    match in_space {
+        false => vec![script, SHARED],
+        true => vec![IN_SPACE, script, SHARED],
+    }
+}
+
 /// Starts the script on these cases, and returns YADE's version.
 fn start_cases(
     cases: &[&Case],
@@ -321,7 +364,9 @@ fn start_cases(
     let mut settings = options.settings();
     settings["loads_up_to"] = MOST_LOADED.into();
     exec::write_cases(work, cases, &settings)?;
-    Ok(start(&yade, script, work, options, observer)?.1)
+    let in_space = cases.iter().any(|case| case.bodies.in_space());
+    let scripts = scripts(script, in_space);
+    Ok(start(&yade, &scripts, work, options, observer)?.1)
 }
 
 /// What YADE would choose, s.
@@ -356,7 +401,7 @@ fn can(lacking: Option<String>) -> Result<()> {
 /// Runs the script on the job in `work` to its end, or ends it; what it took, and YADE's version.
 fn start(
     yade: &Installation,
-    script: Script,
+    scripts: &[Script],
     work: &Path,
     options: &Options,
     observer: &mut dyn Observer,
@@ -371,14 +416,14 @@ fn start(
     }
     let home = work.join("home");
     new_folder(&home)?;
-    for (name, text) in [script, SHARED] {
-        write_whole((work, name), text.as_bytes())?;
+    for (name, text) in scripts {
+        write_whole((work, *name), text.as_bytes())?;
     }
     // Under this name Python imports the program, and the program then opens no socket.
     link(&yade.program, &work.join("yadeimport.py"))?;
     let mut command = Command::new(&yade.interpreter);
     command
-        .arg(script.0)
+        .args(scripts.first().map(|(name, _)| name))
         .env("OMP_NUM_THREADS", options.threads.to_string())
         .env("CROSSGRAIN_JOB", work)
         .env("CROSSGRAIN_PARENT", std::process::id().to_string())

@@ -4,7 +4,7 @@ use crate::checks::{Check, Outcome};
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 use crate::report::packing::pictures;
 use crate::run::folder::{Moment, RunFolder};
-use grains::measure::{Bed, HistoryRow, mean_surface};
+use grains::measure::{Bed, HistoryRow, mean_surface, twice_centre_of_mass};
 use grains::native::first_contact_punch;
 use grains::tables::{Stage, StopReason};
 
@@ -39,8 +39,11 @@ pub fn answer(run: &RunFolder, share: Option<f64>) -> String {
         });
         if stage.stage == Stage::Settle {
             let bed = run.settled.as_ref().unwrap_or(&run.last);
-            let height = mean_surface(&run.scene, &bed.bodies);
-            said.push(format!("Its mean surface is {} m high", rounded(height, 4)));
+            let (what, height) = match run.scene.in_space() {
+                false => ("mean surface", mean_surface(&run.scene, &bed.bodies)),
+                true => ("doubled centre of mass", twice_centre_of_mass(&bed.bodies)),
+            };
+            said.push(format!("Its {what} is {} m high", rounded(height, 4)));
         }
     }
     if let Some(share) = share.filter(|share| *share > 1.0) {

@@ -48,6 +48,7 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
     let bed = Bed {
         bodies: &state.bodies,
         contacts: &state.contacts,
+        across: &state.across,
     };
     let across = cause.walls.iter().filter(|wall| wall.axis == Axis::X);
     let width = across.map(|wall| wall.place).fold(0.0, f64::max);

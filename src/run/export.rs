@@ -4,7 +4,7 @@
 //! that says what each of them is.
 //!
 //! For ParaView a bed as VTK PolyData (XML, ASCII, every number with all its digits): grains, contacts, cells. The plane is x and
-//! z, y is 0, as in the scene; look along y. Format: "VTK XML Formats" of VTK's documentation.
+//! z, where y is 0, as in the scene; look along y. Format: "VTK XML Formats" of VTK's documentation.
 
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -18,6 +18,7 @@ use grains::measure::cells;
 use grains::measure::stress::{Components, of_grains};
 use grains::scene::Scene;
 use grains::tables::BodyIds;
+use grains::vector::{Vector, in_space};
 
 /// The description in the archive.
 const ABOUT: &str = "ro-crate-metadata.json";
@@ -120,8 +121,7 @@ fn description(run: &RunFolder, name: &str, parts: Vec<Value>) -> Value {
 /// A column: its name, and what the element with this index has.
 enum Column<'a> {
     One(&'static str, Box<dyn Fn(usize) -> f64 + 'a>),
-    /// A vector in the plane.
-    Plane(&'static str, Box<dyn Fn(usize) -> [f64; 2] + 'a>),
+    Vector(&'static str, Box<dyn Fn(usize) -> Vector + 'a>),
 }
 
 impl<'a> Column<'a> {
@@ -129,19 +129,25 @@ impl<'a> Column<'a> {
         Column::One(name, Box::new(value))
     }
 
-    fn plane(name: &'static str, value: impl Fn(usize) -> [f64; 2] + 'a) -> Self {
-        Column::Plane(name, Box::new(value))
+    fn vector(name: &'static str, value: impl Fn(usize) -> Vector + 'a) -> Self {
+        Column::Vector(name, Box::new(value))
     }
 }
 
-/// Writes the three files of a moment into this folder; their names.
+/// Writes the files of a moment into this folder, three in the plane and in space two; their names.
 pub fn write_vtk(
     folder: &Path,
     scene: &Scene,
     moment: &Moment,
     prefix: &str,
-) -> Result<[String; 3], FileError> {
-    let names = ["grains", "contacts", "cells"].map(|name| format!("{prefix}{name}.vtp"));
+) -> Result<Vec<String>, FileError> {
+    let kinds = ["grains", "contacts", "cells"];
+    let kinds = if scene.in_space() {
+        &kinds[..2]
+    } else {
+        &kinds
+    };
+    let names = Vec::from_iter(kinds.iter().map(|name| format!("{prefix}{name}.vtp")));
     for (name, fill) in names.iter().zip([grains, contacts, cells]) {
         let (mut file, path) = (Aside::of((folder, name))?, folder.join(name));
         let filled = fill(&mut Heeding(&mut file, &path), scene, moment);
@@ -182,21 +188,34 @@ fn contact_numbers(moment: &Moment) -> Vec<f64> {
 /// A point a grain: radius, mass, velocity, stress, number of contacts.
 fn grains(to: &mut dyn Write, scene: &Scene, moment: &Moment) -> io::Result<()> {
     let bodies = &moment.bodies;
-    let (stress, areas) = stresses(scene, moment);
+    let planar = (!scene.in_space()).then(|| stresses(scene, moment));
     let contacts = contact_numbers(moment);
+    let y = |column: &[f64], id: usize| column.get(id).copied().unwrap_or(0.0);
     let mut columns = vec![
         Column::one("id", |id| id as f64),
         Column::one("radius", |id| bodies.radius[id]),
         Column::one("mass", |id| bodies.mass[id]),
-        Column::plane("velocity", |id| [bodies.vx[id], bodies.vz[id]]),
+        Column::vector("velocity", |id| {
+            [bodies.vx[id], y(&bodies.vy, id), bodies.vz[id]]
+        }),
         Column::one("contacts", |id| contacts[id]),
-        Column::one("cell_area", |id| areas[id]),
     ];
-    if bodies.rotate() {
-        columns.push(Column::one("spin", |id| bodies.spin[id]));
+    if let Some((_, areas)) = &planar {
+        columns.push(Column::one("cell_area", |id| areas[id]));
     }
-    columns.extend(stress_columns(&stress));
-    let points = Column::plane("points", |id| [bodies.x[id], bodies.z[id]]);
+    match (bodies.rotate(), bodies.in_space()) {
+        (false, _) => {}
+        (true, false) => columns.push(Column::one("spin", |id| bodies.spin[id])),
+        (true, true) => columns.push(Column::vector("spin", |id| {
+            [bodies.spin_x[id], bodies.spin[id], bodies.spin_z[id]]
+        })),
+    }
+    if let Some((stress, _)) = &planar {
+        columns.extend(stress_columns(stress));
+    }
+    let points = Column::vector("points", |id| {
+        [bodies.x[id], y(&bodies.y, id), bodies.z[id]]
+    });
     let sizes = vec![1; bodies.len()];
     poly_data(to, (&points, &columns), "Verts", &sizes, &[])
 }
@@ -204,26 +223,36 @@ fn grains(to: &mut dyn Write, scene: &Scene, moment: &Moment) -> io::Result<()> 
 /// A line a contact, from centre to centre, or from the contact point to the centre where one side is a wall or the punch.
 fn contacts(to: &mut dyn Write, _: &Scene, moment: &Moment) -> io::Result<()> {
     let bodies = &moment.bodies;
-    let ids = BodyIds::of_box(bodies.len() as u32);
-    let centre = |id: u32| [bodies.x[id as usize], bodies.z[id as usize]];
+    let ids = BodyIds::of(bodies);
+    let centre = |id: u32| {
+        let id = id as usize;
+        let y = bodies.y.get(id).copied().unwrap_or(0.0);
+        [bodies.x[id], y, bodies.z[id]]
+    };
     let contacts = &moment.contacts;
+    let point = |at: usize| {
+        let [x, z] = contacts[at].point;
+        let y = moment.across.get(at).map_or(0.0, |across| across.point);
+        [x, y, z]
+    };
     let end = |at: usize| {
         let contact = &contacts[at / 2];
         match [contact.id1, contact.id2][at % 2] {
             id if ids.is_grain(id) => centre(id),
-            _ => contact.point,
+            _ => point(at / 2),
         }
     };
+    let forces: Vec<Vector> = moment.bed().forces().map(|(_, force)| force).collect();
     let columns = [
         Column::one("id1", |at| f64::from(contacts[at].id1)),
         Column::one("id2", |at| f64::from(contacts[at].id2)),
         Column::one("overlap", |at| contacts[at].overlap),
         Column::one("normal_force", |at| contacts[at].normal_force),
         Column::one("tangential_force", |at| contacts[at].tangential_force),
-        Column::plane("force_on_id2", |at| contacts[at].force()),
-        Column::plane("contact_point", |at| contacts[at].point),
+        Column::vector("force_on_id2", |at| forces[at]),
+        Column::vector("contact_point", point),
     ];
-    let (points, sizes) = (Column::plane("points", end), vec![2; contacts.len()]);
+    let (points, sizes) = (Column::vector("points", end), vec![2; contacts.len()]);
     poly_data(to, (&points, &[]), "Lines", &sizes, &columns)
 }
 
@@ -239,7 +268,7 @@ fn cells(to: &mut dyn Write, scene: &Scene, moment: &Moment) -> io::Result<()> {
         Column::one("area", |at| areas[at]),
     ];
     columns.extend(stress_columns(&stress));
-    let points = Column::plane("points", |at| corners[at]);
+    let points = Column::vector("points", |at| in_space(corners[at]));
     poly_data(to, (&points, &[]), "Polys", &sizes, &columns)
 }
 
@@ -284,7 +313,7 @@ fn poly_data(
 fn column(to: &mut dyn Write, column: &Column<'_>, count: usize) -> io::Result<()> {
     let (name, components) = match column {
         Column::One(name, _) => (name, 1),
-        Column::Plane(name, _) => (name, 3),
+        Column::Vector(name, _) => (name, 3),
     };
     writeln!(
         to,
@@ -293,9 +322,9 @@ fn column(to: &mut dyn Write, column: &Column<'_>, count: usize) -> io::Result<(
     for at in 0..count {
         match column {
             Column::One(_, value) => writeln!(to, "{:e}", value(at))?,
-            Column::Plane(_, value) => {
-                let [x, z] = value(at);
-                writeln!(to, "{x:e} 0e0 {z:e}")?;
+            Column::Vector(_, value) => {
+                let [x, y, z] = value(at);
+                writeln!(to, "{x:e} {y:e} {z:e}")?;
             }
         }
     }

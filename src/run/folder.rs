@@ -25,7 +25,7 @@ use crate::tables::{self as text, Rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::rotates;
 use grains::scene::{Scene, SceneError, parse_scene};
-use grains::tables::{Bodies, BodyIds, Contact, Remembered, Snapshot, Stage, StopReason};
+use grains::tables::{Across, Bodies, BodyIds, Contact, Remembered, Snapshot, Stage, StopReason};
 use grains::task::{StageReport, moments};
 
 /// Grains and contacts at one moment.
@@ -34,6 +34,8 @@ pub struct Moment {
     pub bodies: Bodies,
     /// All contacts, sorted by ids.
     pub contacts: Vec<Contact>,
+    /// What they have besides in space, in the same order.
+    pub across: Vec<Across>,
     /// What they remember, in the same order; empty without friction, and of engines that do not tell.
     pub memory: Vec<Remembered>,
 }
@@ -43,6 +45,7 @@ impl Moment {
         Bed {
             bodies: &self.bodies,
             contacts: &self.contacts,
+            across: &self.across,
         }
     }
 }
@@ -52,6 +55,7 @@ impl From<Snapshot> for Moment {
         Moment {
             bodies: snapshot.bodies,
             contacts: snapshot.contacts,
+            across: snapshot.across,
             memory: snapshot.memory,
         }
     }
@@ -181,7 +185,11 @@ impl RunFolder {
             let Some(moment) = moment else { continue };
             let name = |name: &str| format!("{prefix}{name}.csv");
             text::write_bodies((folder, &name("bodies")), &moment.bodies)?;
-            text::write_contacts((folder, &name("contacts")), &moment.contacts)?;
+            text::write_contacts(
+                (folder, &name("contacts")),
+                &moment.contacts,
+                &moment.across,
+            )?;
             if !moment.memory.is_empty() {
                 text::write_memory((folder, &name("memory")), &moment.memory)?;
             }
@@ -247,6 +255,11 @@ impl RunFolder {
         let initial = bodies_in("initial.csv")?;
         let same = initial.digest() == record.initial_digest;
         ensure(same, "initial.csv is not the start of run.json")?;
+        let same = initial.in_space() == scene.in_space();
+        ensure(
+            same,
+            "initial.csv and scene.json do not agree on whether grains are in space",
+        )?;
         let same = initial.rotate() == rotates(&scene);
         let why = "initial.csv and scene.json do not agree on whether grains rotate";
         ensure(same, why)?;
@@ -258,7 +271,8 @@ impl RunFolder {
             let why = "has other radii, masses or moments of inertia than initial.csv";
             ensure(same, &format!("{prefix}bodies.csv {why}"))?;
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
-            let contacts = text::read_contacts((path, &contacts), BodyIds::of_box(count))?;
+            let ids = BodyIds::of(&bodies);
+            let (contacts, across) = text::read_contacts((path, &contacts), ids)?;
             let of_grains = contacts.iter().all(|contact| contact.id2 < count);
             let why = "has a contact whose second body is no grain";
             ensure(of_grains, &format!("{prefix}contacts.csv {why}"))?;
@@ -270,6 +284,7 @@ impl RunFolder {
             Ok(Moment {
                 bodies,
                 contacts,
+                across,
                 memory,
             })
         };

@@ -32,7 +32,7 @@ pub fn cuts(scene: &Scene, history: &[HistoryRow]) -> Vec<u64> {
     // The peak that the rule of settling goes by is known where each of its looks is a moment.
     let every = scene.measurement.history_every;
     let is_seen = scene.settle.check_every.is_multiple_of(every);
-    if Model::of(scene).law.has_history() || !is_seen {
+    if scene.in_space() || Model::of(scene).law.has_history() || !is_seen {
         return Vec::new();
     }
     // Grains take time too where nothing touches.
@@ -385,6 +385,7 @@ fn snapshot(moment: &Moment, at: (Stage, u64), scene: &Scene, punch: Option<Punc
         time: step as f64 * scene.time_step_seconds(),
         bodies: moment.bodies.clone(),
         contacts: moment.contacts.clone(),
+        across: moment.across.clone(),
         memory: moment.memory.clone(),
         punch,
     }

@@ -339,6 +339,7 @@ pub fn bed_of(snapshot: &Snapshot) -> Bed<'_> {
     Bed {
         bodies: &snapshot.bodies,
         contacts: &snapshot.contacts,
+        across: &snapshot.across,
     }
 }
 

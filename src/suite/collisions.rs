@@ -138,7 +138,9 @@ impl HeadOn {
     pub fn contact(&self) -> SpringDashpot {
         let (dashpot, tension) = match self.viscosity {
             Viscosity::Dashpot { c_n, tension } => (c_n, tension),
-            Viscosity::Restitution { tension, .. } => (0.0, tension),
+            Viscosity::Restitution { tension, .. } | Viscosity::Ratio { tension, .. } => {
+                (0.0, tension)
+            }
             Viscosity::None => (0.0, Tension::Clipped),
         };
         SpringDashpot {

@@ -265,6 +265,7 @@ fn extensive(at: &Snapshot) -> Option<[[f64; 2]; 2]> {
     let bed = Bed {
         bodies: &at.bodies,
         contacts: &at.contacts,
+        across: &at.across,
     };
     let stress = stress::of_grains(bed).first().copied()?;
     Some([0, 1].map(|row| [0, 1].map(|column| stress[(row, column)])))

@@ -6,7 +6,9 @@ use super::*;
 fn clipped(mut law: Law) -> Law {
     match &mut law.contact.viscosity {
         Viscosity::None => {}
-        Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => {
+        Viscosity::Dashpot { tension, .. }
+        | Viscosity::Restitution { tension, .. }
+        | Viscosity::Ratio { tension, .. } => {
             *tension = Tension::Clipped;
         }
     }

@@ -38,7 +38,7 @@ impl Mirror {
         for Wall { axis, place } in &mut mirrored.model.walls {
             match (self, *axis) {
                 (Mirror::Upright, Axis::X) => *place = -*place,
-                (Mirror::Upright, Axis::Z) => {}
+                (Mirror::Upright, Axis::Z) | (_, Axis::Y) => {}
                 (Mirror::Diagonal, Axis::X) => *axis = Axis::Z,
                 (Mirror::Diagonal, Axis::Z) => *axis = Axis::X,
             }

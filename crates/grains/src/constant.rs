@@ -149,7 +149,7 @@ static ROWS: [Row; 26] = [
     }),
     constant(14, "c_n", "law.contact.viscosity", |given, by| {
         // Of a restitution each pair has a c_n of its own.
-        given.constants.damping_ratio *= 1.0 + by;
+        given.constants.damping_ratios[0] *= 1.0 + by;
         if let Viscosity::Dashpot { c_n, .. } = &mut given.constants.law.contact.viscosity {
             *c_n *= 1.0 + by;
         }
@@ -170,7 +170,8 @@ static ROWS: [Row; 26] = [
             .change_law(|law| match &mut law.contact.viscosity {
                 Viscosity::None => {}
                 Viscosity::Dashpot { c_n: value, .. }
-                | Viscosity::Restitution { e_n: value, .. } => {
+                | Viscosity::Restitution { e_n: value, .. }
+                | Viscosity::Ratio { ratio: value, .. } => {
                     *value *= 1.0 + by;
                 }
             });

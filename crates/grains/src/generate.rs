@@ -34,15 +34,24 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
     let play = jitter * (0.5 * pitch - largest);
 
     let mut bodies = Bodies::default();
+    // In space row by row from front to back in each layer.
+    let rows = |depth: f64| ((depth / pitch) as usize).max(1);
+    let rows = scene.container.depth.map_or(1, rows);
+    let row_pitch = scene.container.depth.unwrap_or(0.0) / rows as f64;
     for index in 0..count {
         let column = (index % columns as usize) as f64;
-        let row = (index / columns as usize) as f64;
+        let behind = (index / columns as usize % rows) as f64;
+        let row = (index / (columns as usize * rows)) as f64;
         let mut random = || symmetric(&mut random);
         let radius = mean_radius * (1.0 + scene.particles.dispersion * random());
         let x = from + (column + 0.5) * pitch + play * random();
         let z = (row + 0.5) * pitch + play * random();
         let velocity = [speed * random(), speed * random()];
         bodies.push([x, z], velocity, radius, scene.grain_mass(radius));
+        if scene.in_space() {
+            bodies.y.push((behind + 0.5) * row_pitch + play * random());
+            bodies.vy.push(speed * random());
+        }
     }
     if rotates(scene) {
         // What nothing slows down in pouring would never rest.
@@ -50,8 +59,14 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
         let spin = if turns_in_pouring { spin } else { 0.0 };
         // After all other numbers, so that a cloud has the same places with and without spins.
         // A sum, so that no spin is a negative zero.
-        let spins = (0..count).map(|_| 0.0 + spin * symmetric(&mut random));
-        bodies.spin = spins.collect();
+        let mut spins = || {
+            let spins = (0..count).map(|_| 0.0 + spin * symmetric(&mut random));
+            spins.collect()
+        };
+        bodies.spin = spins();
+        if scene.in_space() {
+            (bodies.spin_x, bodies.spin_z) = (spins(), spins());
+        }
         can_turn(scene, &mut bodies);
     }
     bodies
@@ -67,6 +82,9 @@ pub fn can_turn(scene: &Scene, bodies: &mut Bodies) {
     let inertia = grains.map(|(radius, mass)| scene.grain_inertia(*radius, *mass));
     bodies.inertia = inertia.collect();
     bodies.spin.resize(bodies.mass.len(), 0.0);
+    for across in [&mut bodies.spin_x, &mut bodies.spin_z] {
+        across.resize(bodies.y.len(), 0.0);
+    }
 }
 
 /// Uniform in [−1, 1): 53 random bits, scaled exactly.

@@ -14,6 +14,7 @@
 //! | [`constant`] | the constants of a run that may be a little wrong, and how one is made larger |
 //! | [`reference`](mod@reference) | the step written out plainly, which the engine must equal bit by bit |
 //! | [`variant`] | the constants and terms that another engine may have otherwise |
+//! | [`vector`] | vectors in space |
 //! | [`measure`] | heights, porosity, coordination, energies and stresses of a bed, blind to the engine |
 //!
 //! The same scene gives the same bits on every machine.
@@ -54,6 +55,7 @@ pub mod scene;
 pub mod tables;
 pub mod task;
 pub mod variant;
+pub mod vector;
 
 /// SHA-256, in hexadecimal, over the path and the bytes of every source file of this crate, unit tests and comments included:
 /// results with different digests may have different bits. Those of one digest have the same.

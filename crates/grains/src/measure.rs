@@ -10,8 +10,9 @@ mod unbalanced_force;
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
-use crate::scene::{Scene, SurfaceHeight};
-use crate::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
+use crate::scene::{Scene, Springs, SurfaceHeight};
+use crate::tables::{Across, Bodies, BodyIds, Contact, Snapshot, Stage};
+use crate::vector::{Vector, in_space, plus, times};
 
 pub use unbalanced_force::unbalanced_force;
 
@@ -34,12 +35,28 @@ pub struct Bed<'a> {
     pub bodies: &'a Bodies,
     /// All contacts at the grains' positions, sorted by ids.
     pub contacts: &'a [Contact],
+    /// What they have besides in space, in the same order; empty in the plane.
+    pub across: &'a [Across],
 }
 
 impl Bed<'_> {
+    /// Every contact with its force on body 2 as a vector in space, N.
+    pub fn forces(&self) -> impl Iterator<Item = (&Contact, Vector)> {
+        let force = |(at, contact): (usize, &Contact)| match self.across.get(at) {
+            None => in_space(contact.force()),
+            Some(across) => {
+                let [x, z] = contact.normal;
+                let along = times(contact.normal_force, [x, across.normal, z]);
+                plus(along, across.tangential)
+            }
+        };
+        let contacts = self.contacts.iter().enumerate();
+        contacts.map(move |(at, contact)| (contact, force((at, contact))))
+    }
+
     /// Ids of walls and punch.
     pub fn ids(&self) -> BodyIds {
-        BodyIds::of_box(self.bodies.len() as u32)
+        BodyIds::of(self.bodies)
     }
 }
 
@@ -71,22 +88,30 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
         ("mean_surface", mean_surface(scene, bodies)),
         ("twice_centre_of_mass", twice_centre_of_mass(bodies)),
     ];
+    let planar = !bodies.in_space();
     for (name, height) in heights {
-        add(&format!("height.{name}"), Some(height), "m");
+        if planar || name != "mean_surface" {
+            add(&format!("height.{name}"), Some(height), "m");
+        }
     }
-    for (name, height) in heights {
+    for (name, height) in heights.into_iter().filter(|_| planar) {
         let porosity = porosity::from_height(bodies, scene.container.width, height);
         add(&format!("porosity.from_{name}"), Some(porosity), "1");
     }
     let window = porosity::Window::interior(scene, surface);
-    let cells = cells::of(scene, bodies);
+    let cells = planar.then(|| cells::of(scene, bodies));
     let coordination = neighbourhood::coordination(bed);
     let mut ratio = |key: &str, value: Option<f64>| add(key, value, "1");
-    ratio("porosity.in_window", porosity::in_window(bodies, &window));
-    ratio(
-        "porosity.of_cells",
-        porosity::of_cells(bodies, &cells, &window),
-    );
+    match &cells {
+        Some(cells) => {
+            ratio("porosity.in_window", porosity::in_window(bodies, &window));
+            ratio(
+                "porosity.of_cells",
+                porosity::of_cells(bodies, cells, &window),
+            );
+        }
+        None => ratio("porosity.in_layer", porosity::in_layer(scene, bodies)),
+    }
     ratio("coordination.mean", Some(coordination.mean));
     ratio(
         "coordination.mean_without_rattlers",
@@ -98,7 +123,8 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
     energy("energy.kinetic", bodies.kinetic_energy());
     energy("energy.elastic", elastic_energy(scene, bed));
     energy("energy.potential", potential_energy(scene, bodies));
-    for at in stress::at_control_points(scene, bed, &cells, surface) {
+    let stresses = cells.map(|cells| stress::at_control_points(scene, bed, &cells, surface));
+    for at in stresses.into_iter().flatten() {
         let (grain, local) = (at.grain_stress, at.local_mean);
         for (key, value, unit) in [
             ("grain_zz", Some(grain.zz), "Pa"),
@@ -221,6 +247,7 @@ pub fn history_row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
     let bed = Bed {
         bodies: &snapshot.bodies,
         contacts: &snapshot.contacts,
+        across: &snapshot.across,
     };
     let scene = &scene.in_stage(snapshot.constants());
     HistoryRow {
@@ -245,7 +272,8 @@ pub fn potential_energy(scene: &Scene, bodies: &Bodies) -> f64 {
 }
 
 /// Energy stored in the springs of the contacts: Σ ½F_n u_n of the normal ones, with dashpots Σ ½k_n u_n²,
-/// since F_n is then not the spring's alone; and with friction Σ ½F_s²/k_s of the tangential ones.
+/// since F_n is then not the spring's alone; and with friction Σ ½F_s²/k_s of the tangential ones. Of Hertz's springs
+/// Σ 2/5 k u^2.5 with F_n = k u^1.5.
 pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
     let law = Model::of(scene).law;
     let (dashpots, friction) = (law.has_dashpots(), law.has_friction());
@@ -254,15 +282,30 @@ pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
         let grain = bed.bodies.radius[contact.id2 as usize];
         // A flat body counts as a grain of the same radius.
         let other = radius(contact.id1).unwrap_or(grain);
+        let (u, shear) = (contact.overlap, contact.tangential_force);
         let stiffness = law.normal_stiffness(other, grain);
-        let normal = if dashpots {
-            0.5 * stiffness * contact.overlap * contact.overlap
-        } else {
-            0.5 * contact.normal_force * contact.overlap
+        let (normal, along) = match law.contact.springs {
+            Springs::HertzMindlin => {
+                let radius = other * grain / (other + grain);
+                let [k, k_s] = law.solid(0).hertz_mindlin(law.solid(0), radius);
+                (0.4 * k * u * u * u.sqrt(), k_s * u.sqrt())
+            }
+            Springs::Linear if dashpots => {
+                (0.5 * stiffness * u * u, law.stiffness_ratio * stiffness)
+            }
+            Springs::Linear => (
+                0.5 * contact.normal_force * u,
+                law.stiffness_ratio * stiffness,
+            ),
         };
-        let shear = contact.tangential_force;
-        let tangential = 0.5 * shear * shear / (law.stiffness_ratio * stiffness);
-        normal + if friction { tangential } else { 0.0 }
+        // A contact that only just touches holds nothing.
+        let tangential = 0.5 * shear * shear / along;
+        normal
+            + if friction && along > 0.0 {
+                tangential
+            } else {
+                0.0
+            }
     };
     let energies = bed.contacts.iter().map(stored);
     energies.fold(0.0, |sum, energy| sum + energy)
@@ -275,8 +318,8 @@ pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
 /// Friction at the walls, where there is any, is not counted.
 pub fn borne_by_floor(scene: &Scene, bed: Bed<'_>, pressed: f64) -> f64 {
     let floor = bed.ids().floor();
-    let on_floor = bed.contacts.iter().filter(|contact| contact.id1 == floor);
-    let borne: f64 = on_floor.map(|contact| contact.force()[1]).sum();
+    let on_floor = bed.forces().filter(|(contact, _)| contact.id1 == floor);
+    let borne: f64 = on_floor.map(|(_, force)| force[2]).sum();
     let mass: f64 = bed.bodies.mass.iter().sum();
     borne / (mass * scene.gravity + pressed)
 }

@@ -8,9 +8,12 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::rules::{Arms, NewContact, RestitutionFormula, Rules, Slip, TensionRule};
+use crate::rules::{
+    Arms, NewContact, RestitutionFormula, Rules, Slip, TangentialDashpot, TensionRule,
+};
 use crate::scene::{
-    ContactLaw, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity,
+    ContactLaw, NewContactSlip, Rotation, Scene, SlipVelocity, Springs, Tension, TorqueArms,
+    Viscosity,
 };
 use crate::tables::Stage;
 
@@ -49,8 +52,48 @@ pub struct Law {
     /// At the punch likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub punch_friction_angle: Option<f64>,
+    /// Poisson's ratio of Hertz's springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poissons_ratio: Option<f64>,
+    /// What grains of material 1, 2, … are made of, in space; those of material 0, walls and punch are of the law's own numbers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub materials: Vec<Solid>,
     /// Dashpots, rotations and the choices that the paper does not print.
     pub contact: ContactLaw,
+}
+
+/// What grains are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Solid {
+    /// Young's modulus E, Pa.
+    pub modulus: f64,
+    /// k_s/k_n of linear springs.
+    pub stiffness_ratio: f64,
+    /// Poisson's ratio of Hertz's springs.
+    pub poissons_ratio: f64,
+    /// Friction angle φ, rad; of two that touch the smaller holds.
+    pub friction_angle: f64,
+}
+
+impl Solid {
+    /// F_n/u^1.5 of Hertz's spring and k_s/u^0.5 of Mindlin's between two bodies with this R* = R_1 R_2/(R_1 + R_2): 4/3 E* √R*
+    /// and 8 G* √R*, N/m^1.5.
+    pub fn hertz_mindlin(self, other: Solid, radius: f64) -> [f64; 2] {
+        // 1/E* = (1 − ν_1²)/E_1 + (1 − ν_2²)/E_2, and 1/G* = (2 − ν_1)/G_1 + (2 − ν_2)/G_2 with G = E/(2(1 + ν)).
+        let give = |solid: Solid| 1.0 - solid.poissons_ratio * solid.poissons_ratio;
+        let sum = give(self) * other.modulus + give(other) * self.modulus;
+        let normal = self.modulus * other.modulus / sum;
+        let [a, b] = [self, other].map(|solid| {
+            let shear = solid.modulus / (2.0 * (1.0 + solid.poissons_ratio));
+            (2.0 - solid.poissons_ratio) / shear
+        });
+        let shear = 1.0 / (a + b);
+        [
+            4.0 / 3.0 * normal * radius.sqrt(),
+            8.0 * shear * radius.sqrt(),
+        ]
+    }
 }
 
 /// Which coordinate a wall holds fixed.
@@ -61,6 +104,19 @@ pub enum Axis {
     X = 0,
     /// Up.
     Z = 1,
+    /// In space, the third.
+    Y = 2,
+}
+
+impl Axis {
+    /// Which component of a vector in space.
+    pub fn in_space(self) -> usize {
+        match self {
+            Axis::X => 0,
+            Axis::Y => 1,
+            Axis::Z => 2,
+        }
+    }
 }
 
 /// An infinite wall; grains feel it from both sides.
@@ -82,21 +138,27 @@ impl Model {
     /// What this scene asks for in pouring.
     pub fn of(scene: &Scene) -> Self {
         let wall = |axis, place| Wall { axis, place };
+        let mut walls = vec![
+            wall(Axis::X, 0.0),
+            wall(Axis::X, scene.container.width),
+            wall(Axis::Z, 0.0),
+        ];
+        if let Some(depth) = scene.container.depth {
+            walls.extend([wall(Axis::Y, 0.0), wall(Axis::Y, depth)]);
+        }
         Model {
             gravity: [0.0, -scene.gravity],
             alpha: scene.damping.alpha(),
             dt: scene.time_step_seconds(),
-            walls: vec![
-                wall(Axis::X, 0.0),
-                wall(Axis::X, scene.container.width),
-                wall(Axis::Z, 0.0),
-            ],
+            walls,
             law: Law {
                 modulus: scene.material.youngs_modulus,
                 stiffness_ratio: scene.material.stiffness_ratio,
                 friction_angle: scene.material.friction_angle,
                 wall_friction_angle: scene.material.wall_friction_angle,
                 punch_friction_angle: scene.material.punch_friction_angle,
+                poissons_ratio: scene.material.poissons_ratio,
+                materials: Vec::new(),
                 contact: scene.contact.clone(),
             },
             rules: scene.rules,
@@ -107,7 +169,9 @@ impl Model {
 impl Law {
     /// Whether contacts bear tangential forces.
     pub fn has_friction(&self) -> bool {
+        let mut further = self.materials.iter();
         self.friction_angles().iter().any(|angle| *angle > 0.0)
+            || further.any(|solid| solid.friction_angle > 0.0)
     }
 
     /// Friction angles between grains, at walls and at the punch, rad.
@@ -125,6 +189,33 @@ impl Law {
         self.friction_angles()
             .iter()
             .any(|angle| *angle != self.friction_angle)
+    }
+
+    /// What bodies of this material are made of.
+    pub fn solid(&self, material: u32) -> Solid {
+        match (material as usize).checked_sub(1) {
+            Some(further) => self.materials[further],
+            None => Solid {
+                modulus: self.modulus,
+                stiffness_ratio: self.stiffness_ratio,
+                poissons_ratio: self.poissons_ratio.unwrap_or(f64::NAN),
+                friction_angle: self.friction_angle,
+            },
+        }
+    }
+
+    /// Damping ratios of the dashpots along the normal and the tangent; 0 where they are none or have a constant.
+    pub fn damping_ratios(&self) -> [f64; 2] {
+        let contact = &self.contact;
+        let springs = contact.springs;
+        let ratio = |normal| contact.tangential_viscosity.unwrap_or(normal);
+        match contact.viscosity {
+            Viscosity::None | Viscosity::Dashpot { .. } => [0.0; 2],
+            Viscosity::Ratio { ratio: normal, .. } => [normal, ratio(normal)],
+            Viscosity::Restitution { e_n, tension } => {
+                [e_n, ratio(e_n)].map(|e| springs.damping_ratio(e, tension))
+            }
+        }
     }
 
     /// Normal stiffness of two grains, N/m: Eq. 4 of the paper, 2E R_i R_j/(R_i + R_j). Engines have their own.
@@ -160,6 +251,11 @@ impl Law {
         if rules.restitution == RestitutionFormula::AsModel {
             let formulas = [RestitutionFormula::Uncut, RestitutionFormula::Cut];
             rules.restitution = formulas[usize::from(is_cut)];
+        }
+        // As in YADE; a damping ratio of 0 along the tangent is no dashpot there.
+        let hertz = contact.springs == Springs::HertzMindlin && self.has_dashpots();
+        if hertz && rules.tangential_dashpot == TangentialDashpot::None {
+            rules.tangential_dashpot = TangentialDashpot::WhileSticking;
         }
         rules
     }
@@ -207,6 +303,8 @@ pub enum Kernel {
     Frictionless,
     /// Friction with history, dashpots, or both.
     General,
+    /// Spheres in space: the step as it is written out.
+    Space,
 }
 
 /// What is computed of a scene.
@@ -274,10 +372,17 @@ impl ModelRecord {
         } else {
             "contact.viscosity.kind = none"
         };
+        let spring = match law.contact.springs {
+            Springs::Linear => "every contact has one",
+            Springs::HertzMindlin => "every contact has one, of Hertz",
+        };
         ModelRecord {
-            kernel: native.then(|| Kernel::of(&law)),
+            kernel: native.then(|| match scene.in_space() {
+                true => Kernel::Space,
+                false => Kernel::of(&law),
+            }),
             terms: vec![
-                term("normal spring", true, "every contact has one".to_owned()),
+                term("normal spring", true, spring.to_owned()),
                 term(
                     "tangential spring, Coulomb limit and their history",
                     law.has_friction(),
@@ -325,6 +430,33 @@ pub fn damping_ratio(restitution: f64, tension: Tension) -> f64 {
         }
     }
     0.5 * (low + high)
+}
+
+impl Springs {
+    /// The damping ratio β of a dashpot c_n = 2β√(m_eff k_n) at these springs, k_n = dF_n/du, whose collisions have the
+    /// restitution e in (0, 1].
+    pub fn damping_ratio(self, restitution: f64, tension: Tension) -> f64 {
+        match (self, tension) {
+            (Springs::Linear, _) => damping_ratio(restitution, tension),
+            // Tsuji, Tanaka and Ishida 1992: the equation of motion is that of a linear spring.
+            (Springs::HertzMindlin, Tension::Unclipped) => {
+                (5.0f64 / 6.0).sqrt() * damping_ratio(restitution, tension)
+            }
+            (Springs::HertzMindlin, Tension::Clipped) => clipped_hertz(restitution),
+        }
+    }
+}
+
+/// β of a Hertzian spring whose force is cut at zero: Thornton, Cummins and Cleary (2013), Eq. B6, in the order of operations
+/// that YADE has.
+fn clipped_hertz(restitution: f64) -> f64 {
+    const H: [f64; 10] = [
+        -6.918798, -16.41105, 146.8049, -796.4559, 2928.711, -7206.864, 11494.29, -11342.18,
+        6276.757, -1489.915,
+    ];
+    let e = restitution;
+    let exponent = e * H.iter().rev().fold(0.0, |sum, h| h + e * sum);
+    (1.0 / (1.0 - (1.0 + e) * (1.0 + e) * exponent.exp()) - 1.0).sqrt()
 }
 
 /// e of a spring and dashpot without tension, for any damping ratio ζ ≥ 0:

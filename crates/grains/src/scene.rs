@@ -121,8 +121,12 @@ pub struct Material {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub punch_friction_angle: Option<f64>,
-    /// Tangential over normal stiffness, k_s/k_n. Has no effect without friction.
+    /// Tangential over normal stiffness of linear springs, k_s/k_n. Has no effect without friction.
     pub stiffness_ratio: f64,
+    /// Poisson's ratio ν of Hertz's springs, in [0, 0.5].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub poissons_ratio: Option<f64>,
 }
 
 /// What takes energy out besides contacts.
@@ -152,6 +156,10 @@ impl Damping {
 pub struct Container {
     /// Inner width L, m.
     pub width: f64,
+    /// Inner depth, m, between walls at y=0 and y=depth: given, the grains are spheres in space; left out, all is in the plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub depth: Option<f64>,
 }
 
 /// The loose cloud that is poured.
@@ -380,9 +388,15 @@ impl Scene {
         share * mass * radius * radius
     }
 
-    /// The vertical force 2ap at which the punch stops, N.
+    /// Whether grains are spheres in space.
+    pub fn in_space(&self) -> bool {
+        self.container.depth.is_some()
+    }
+
+    /// The vertical force 2ap at which the punch stops, per metre of depth or on all of it in space, N.
     pub fn target_force(&self) -> f64 {
-        2.0 * self.loading.half_width * self.loading.pressure
+        let depth = self.container.depth.unwrap_or(1.0);
+        2.0 * self.loading.half_width * self.loading.pressure * depth
     }
 
     /// Steps that the punch stands still once the force is reached; none where the bed is measured at once.
@@ -439,6 +453,53 @@ pub struct ContactLaw {
     pub torque_arms: TorqueArms,
     /// How much of the first step's slip a new contact is given.
     pub new_contact_slip: NewContactSlip,
+    /// How stiff a contact is; any but linear springs are for grains in space.
+    #[serde(default, skip_serializing_if = "Springs::are_linear")]
+    pub springs: Springs,
+    /// Of dashpots along the tangent what `viscosity` says of those along the normal, a restitution or a damping ratio; left
+    /// out, the same. For Hertz's springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub tangential_viscosity: Option<f64>,
+    /// Resistance to rolling and twisting, in space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Rolling")]
+    pub rolling: Option<Rolling>,
+    /// Surface energy γ of adhesion beside Hertz's springs, J/m²: a pull of 4πR*γ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub adhesion: Option<f64>,
+}
+
+/// How stiff a contact is along the normal and the tangent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Springs {
+    /// k_n by Eq. 4 of the paper and k_s = k_n·(k_s/k_n).
+    #[default]
+    Linear,
+    /// F_n = 4/3 E* √R* u^1.5 (Hertz) and k_s = 8 G* √(R* u) (Mindlin), which adds to a tangential force that is kept.
+    HertzMindlin,
+}
+
+impl Springs {
+    pub(crate) fn are_linear(&self) -> bool {
+        *self == Springs::Linear
+    }
+}
+
+/// Elastic moments against rolling and twisting, which add up from step to step and turn with the contact.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rolling {
+    /// Moment for each radian of rolling, N·m/rad.
+    pub bending_stiffness: f64,
+    /// The same of twisting, N·m/rad, without a limit.
+    pub twisting_stiffness: f64,
+    /// η of the largest moment against rolling, |N| η (R_1 + R_2)/2; left out, there is no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub limit: Option<f64>,
 }
 
 /// Whether friction turns grains.
@@ -473,6 +534,13 @@ pub enum Viscosity {
         /// Whether the dashpot may pull.
         tension: Tension,
     },
+    /// At each contact the damping constant c_n = 2β√(m_eff k_n).
+    Ratio {
+        /// β.
+        ratio: f64,
+        /// Whether the dashpot may pull.
+        tension: Tension,
+    },
 }
 
 impl Viscosity {
@@ -480,13 +548,18 @@ impl Viscosity {
     pub(crate) fn tension(&self) -> Tension {
         match self {
             Viscosity::None => Tension::Clipped,
-            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => *tension,
+            Viscosity::Dashpot { tension, .. }
+            | Viscosity::Restitution { tension, .. }
+            | Viscosity::Ratio { tension, .. } => *tension,
         }
     }
 
     /// Takes the other choice of the two.
     pub(crate) fn clip_otherwise(&mut self) {
-        if let Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } = self {
+        if let Viscosity::Dashpot { tension, .. }
+        | Viscosity::Restitution { tension, .. }
+        | Viscosity::Ratio { tension, .. } = self
+        {
             *tension = tension.other();
         }
     }

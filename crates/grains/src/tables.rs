@@ -22,19 +22,43 @@ pub struct Bodies {
     pub spin: Vec<f64>,
     /// Moment of inertia about the centre, kg·m²; empty where grains do not rotate.
     pub inertia: Vec<f64>,
+    /// The third coordinate, which makes x, y, z right-handed, m; this and the columns below are empty in the plane.
+    pub y: Vec<f64>,
+    /// Velocity, m/s.
+    pub vy: Vec<f64>,
+    /// Spin about the x axis, rad/s; empty where grains do not rotate.
+    pub spin_x: Vec<f64>,
+    /// Spin about the z axis, rad/s; empty where grains do not rotate.
+    pub spin_z: Vec<f64>,
+    /// Material; empty where all are of material 0.
+    pub material: Vec<u32>,
 }
 
 impl Bodies {
     /// Σ ½mv², then Σ ½Iω², grain by grain, J, with the velocities as stored: half a step before the positions.
     pub fn kinetic_energy(&self) -> f64 {
         let mut energy = 0.0;
-        for ((mass, vx), vz) in self.mass.iter().zip(&self.vx).zip(&self.vz) {
-            energy += 0.5 * mass * (vx * vx + vz * vz);
+        let moving = self
+            .mass
+            .iter()
+            .zip(&self.vx)
+            .zip(&self.vz)
+            .zip(across(&self.vy));
+        for (((mass, vx), vz), vy) in moving {
+            energy += 0.5 * mass * (vx * vx + (vy * vy + vz * vz));
         }
-        for (inertia, spin) in self.inertia.iter().zip(&self.spin) {
-            energy += 0.5 * inertia * (spin * spin);
+        let spins = across(&self.spin_x)
+            .zip(&self.spin)
+            .zip(across(&self.spin_z));
+        for (inertia, ((x, y), z)) in self.inertia.iter().zip(spins) {
+            energy += 0.5 * inertia * (x * x + (y * y + z * z));
         }
         energy
+    }
+
+    /// Whether they are in space.
+    pub fn in_space(&self) -> bool {
+        !self.y.is_empty()
     }
 
     /// Adds a grain; its id is the number of grains before it.
@@ -62,15 +86,19 @@ impl Bodies {
         self.x.is_empty()
     }
 
-    /// The columns that motion changes, with their names: x, z, vx, vz, spin; the last one is empty
-    /// where grains do not rotate.
-    pub fn motion(&self) -> [(&'static str, &[f64]); 5] {
+    /// The columns that motion changes, with their names: x, z, vx, vz, spin, of which the last one is empty where grains do not
+    /// rotate; then those that are empty in the plane.
+    pub fn motion(&self) -> [(&'static str, &[f64]); 9] {
         [
             ("x", &self.x),
             ("z", &self.z),
             ("vx", &self.vx),
             ("vz", &self.vz),
             ("spin", &self.spin),
+            ("y", &self.y),
+            ("vy", &self.vy),
+            ("spin_x", &self.spin_x),
+            ("spin_z", &self.spin_z),
         ]
     }
 
@@ -84,6 +112,12 @@ impl Bodies {
         }
         short_hex(hash)
     }
+}
+
+/// A column that is empty in the plane: zeros there, without an end.
+fn across(column: &[f64]) -> impl Iterator<Item = &f64> {
+    let zeros = if column.is_empty() { usize::MAX } else { 0 };
+    column.iter().chain(std::iter::repeat_n(&0.0, zeros))
 }
 
 /// A contact between two bodies, evaluated at the positions of the same snapshot.
@@ -100,7 +134,7 @@ pub struct Contact {
     pub overlap: f64,
     /// Force on body 2 along the normal, N, positive in compression.
     pub normal_force: f64,
-    /// Force on body 2 along (−n_z, n_x), N; see [`tangential`].
+    /// Force on body 2 along (−n_z, n_x), N; see [`tangential`]. In space its size.
     pub tangential_force: f64,
     /// Unit normal from body 1 to body 2.
     pub normal: [f64; 2],
@@ -117,6 +151,17 @@ impl Contact {
             self.normal_force * nz + self.tangential_force * nx,
         ]
     }
+}
+
+/// What a contact has in space besides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Across {
+    /// The y component of the normal.
+    pub normal: f64,
+    /// That of the contact point, m.
+    pub point: f64,
+    /// Tangential force on body 2, N.
+    pub tangential: [f64; 3],
 }
 
 /// A tangential force of zero has no direction, so −0 is written as 0: without friction the sign would depend
@@ -138,7 +183,7 @@ pub enum Body {
 pub struct BodyIds {
     /// Number of grains; they have the ids below it.
     pub grains: u32,
-    /// Number of walls; three in a box.
+    /// Number of walls; three in a box, five in space.
     pub walls: u32,
 }
 
@@ -146,6 +191,13 @@ impl BodyIds {
     /// The ids in a box: left wall, right wall, floor, punch.
     pub fn of_box(grains: u32) -> Self {
         BodyIds { grains, walls: 3 }
+    }
+    /// The ids in a box with these grains, in space those of its front and its back before the punch's.
+    pub fn of(bodies: &Bodies) -> Self {
+        BodyIds {
+            walls: if bodies.in_space() { 5 } else { 3 },
+            ..BodyIds::of_box(bodies.len() as u32)
+        }
     }
     /// The wall with this index.
     pub fn wall(self, index: usize) -> u32 {
@@ -279,7 +331,9 @@ pub struct Snapshot {
     pub bodies: Bodies,
     /// Sorted by (id1, id2).
     pub contacts: Vec<Contact>,
-    /// Of all contacts, in the same order; empty without friction, and of engines that do not tell.
+    /// Of all contacts, in the same order; empty in the plane.
+    pub across: Vec<Across>,
+    /// Of all contacts, in the same order; empty without friction, in space, and of engines that do not tell.
     pub memory: Vec<Remembered>,
     /// The punch, once there is one.
     pub punch: Option<Punch>,
@@ -306,6 +360,12 @@ impl Snapshot {
             number(contact.tangential_force);
             contact.normal.into_iter().for_each(&mut number);
             contact.point.into_iter().for_each(&mut number);
+        }
+        for across in &self.across {
+            let [x, y, z] = across.tangential;
+            [across.normal, across.point, x, y, z]
+                .into_iter()
+                .for_each(&mut number);
         }
         if let Some(punch) = &self.punch {
             number(punch.centre[1]);

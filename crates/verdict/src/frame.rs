@@ -210,6 +210,7 @@ impl Frame {
             time: told.time * back.units[2],
             bodies: back.bodies(&told.bodies),
             contacts,
+            across: Vec::new(),
             memory: Vec::new(),
             punch: told.punch.map(|punch| back.punch(punch)),
         }

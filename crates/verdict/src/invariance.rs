@@ -581,6 +581,7 @@ fn far(known: &Known) -> f64 {
     FAR[usize::from(!known.resolution.is_double())] * reach(&known.state.case.bodies)
 }
 
+/// Those of the plane.
 fn columns(bodies: &mut Bodies) -> [&mut Vec<f64>; 8] {
     let Bodies {
         x,
@@ -591,6 +592,7 @@ fn columns(bodies: &mut Bodies) -> [&mut Vec<f64>; 8] {
         mass,
         spin,
         inertia,
+        ..
     } = bodies;
     [x, z, vx, vz, radius, mass, spin, inertia]
 }

@@ -673,6 +673,7 @@ fn drawn_contact(source: &mut Source) -> ContactLaw {
             source,
             [NewContactSlip::WholeStep, NewContactSlip::SinceTouch],
         ),
+        ..ContactLaw::default()
     }
 }
 

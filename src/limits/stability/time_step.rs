@@ -106,6 +106,10 @@ pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>> {
 
 /// The largest [`share_of_limit`] of a run's beds.
 pub fn largest_share(run: &RunFolder) -> Result<Option<f64>> {
+    // The limit is that of linear springs in the plane.
+    if run.scene.in_space() {
+        return Ok(None);
+    }
     let last = run.record.stages.last();
     let last = last.map_or(Stage::Settle, |record| record.stage);
     let settled = run.settled.iter().map(|bed| (bed, Stage::Settle));
@@ -136,6 +140,7 @@ fn probing_step(scene: &Scene) -> f64 {
         Viscosity::Restitution { e_n, tension } => {
             2.0 * damping_ratio(e_n, tension) * (mass * stiffness).sqrt()
         }
+        Viscosity::Ratio { ratio, .. } => 2.0 * ratio * (mass * stiffness).sqrt(),
     };
     springs.min(PROBE_OF_DASHPOT * mass / constant)
 }

@@ -20,6 +20,23 @@ pub fn solid_area(bodies: &Bodies) -> f64 {
     grains.map(|radius| PI * radius * radius).sum()
 }
 
+/// Of spheres in their box, between one mean diameter above the floor and one below the centre of mass's double height; none
+/// where nothing is between. The part of a sphere below the height z has the volume π(R²s − s³/3 + 2R³/3) with s = z − centre.
+pub fn in_layer(scene: &Scene, bodies: &Bodies) -> Option<f64> {
+    let inset = scene.particles.mean_diameter;
+    let (from, to) = (inset, super::twice_centre_of_mass(bodies) - inset);
+    let base = scene.container.width * scene.container.depth?;
+    let grains = bodies.z.iter().zip(&bodies.radius);
+    let solid = grains.map(|(z, radius)| {
+        let below = |height: f64| {
+            let s = (height - z).clamp(-radius, *radius);
+            PI * (radius * radius * s - s * s * s / 3.0)
+        };
+        below(to) - below(from)
+    });
+    (to > from).then(|| 1.0 - solid.sum::<f64>() / (base * (to - from)))
+}
+
 /// A rectangle inside the bed, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {

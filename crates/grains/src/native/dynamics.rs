@@ -18,6 +18,7 @@ use crate::model::Kernel;
 use crate::reference::Reference;
 use crate::tables::{Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage};
 use crate::variant::Variant;
+use crate::vector::in_plane;
 
 /// The parts of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +62,7 @@ pub struct Dynamics {
     rules: ContactRules,
     team: Team,
     kept: Kept,
-    /// Makes the steps under unusual rules.
+    /// Makes the steps under unusual rules and in space.
     reference: Option<Box<Reference>>,
 }
 
@@ -118,7 +119,9 @@ impl Dynamics {
             kept: Kept::default(),
             reference: None,
         };
-        if memory.is_empty() {
+        if bodies.in_space() {
+            health::check(&dynamics.state, &dynamics.constants)?;
+        } else if memory.is_empty() {
             dynamics.list_neighbours()?;
             dynamics.evaluate_forces(&mut Clock::default());
         } else {
@@ -135,7 +138,7 @@ impl Dynamics {
             dynamics.rules = rules;
         }
         dynamics.half_step_to_come = dynamics.constants.half_step_start;
-        if !dynamics.constants.rules.are_usual() {
+        if bodies.in_space() || !dynamics.constants.rules.are_usual() {
             let given = Given {
                 constants: dynamics.constants.clone(),
                 bodies: bodies.clone(),
@@ -153,6 +156,10 @@ impl Dynamics {
         let memory = self.contacts().1;
         if let Some(reference) = &mut self.reference {
             reference.change_constants(constants.clone());
+            if reference.is_in_space() {
+                self.constants = constants;
+                return Ok(());
+            }
         }
         self.rules = constants.contact_rules();
         self.constants = constants;
@@ -234,6 +241,13 @@ impl Dynamics {
 
     /// At least one step and at most so many; says how many it were.
     fn some_steps(&mut self, most: u64) -> Result<u64, Trouble> {
+        if let Some(reference) = self.reference.as_mut().filter(|of| of.is_in_space()) {
+            self.punch_is_new = false;
+            reference.press(self.state.punch);
+            (0..most).for_each(|_| reference.step());
+            take_over(reference, &mut self.state);
+            return Ok(most);
+        }
         let general = self.constants.kernel() == Kernel::General;
         let alone = general || self.state.punch.is_some() || self.reference.is_some();
         let ahead = match alone || self.half_step_to_come {
@@ -274,6 +288,9 @@ impl Dynamics {
 
     fn list(&mut self, memory: Option<&[Remembered]>) -> Result<(), Trouble> {
         health::check(&self.state, &self.constants)?;
+        if self.in_space().is_some() {
+            return Ok(());
+        }
         let state = &mut self.state;
         self.neighbours
             .build(state, &self.constants, memory, &self.team);
@@ -327,8 +344,30 @@ impl Dynamics {
         }
     }
 
+    /// The step in space, where there is one.
+    fn in_space(&self) -> Option<&Reference> {
+        self.reference.as_deref().filter(|of| of.is_in_space())
+    }
+
+    /// Σ ½mv², then Σ ½Iω², J.
+    pub fn kinetic_energy(&self) -> f64 {
+        match self.in_space() {
+            Some(reference) => reference.bodies().kinetic_energy(),
+            None => self.state.kinetic_energy(),
+        }
+    }
+
     /// This moment as a table.
     pub fn snapshot(&self, stage: Stage, step: u64) -> Snapshot {
+        if let Some(reference) = self.in_space() {
+            return Snapshot {
+                stage,
+                step,
+                time: step as f64 * self.constants.dt,
+                punch: self.state.punch,
+                ..reference.snapshot()
+            };
+        }
         let reference = self.reference.as_ref();
         let reference =
             reference.map(|reference| reference.moved(&self.state.bodies(), self.state.punch));
@@ -342,7 +381,8 @@ impl Dynamics {
                 time: step as f64 * self.constants.dt,
                 bodies,
                 contacts,
-                memory: reference.memories,
+                across: Vec::new(),
+                memory: reference.memory(),
                 punch: self.state.punch,
             };
         }
@@ -356,6 +396,7 @@ impl Dynamics {
             time: step as f64 * self.constants.dt,
             bodies: self.state.bodies(),
             contacts,
+            across: Vec::new(),
             memory,
             punch: self.state.punch,
         }
@@ -364,7 +405,7 @@ impl Dynamics {
     /// All contacts with what they remember, sorted by ids. Without friction that is the normal alone.
     fn contacts(&self) -> (Vec<Contact>, Vec<Remembered>) {
         if let Some(reference) = &self.reference {
-            return (reference.contacts.clone(), reference.memories.clone());
+            return (reference.contacts(), reference.memory());
         }
         let (state, constants) = (&self.state, &self.constants);
         let mut listed = Vec::new();
@@ -388,24 +429,27 @@ impl Dynamics {
 
 /// A step that is written out, from this state and into it.
 fn written_out(reference: &mut Reference, state: &mut State) {
-    reference.put(&state.bodies(), state.punch);
+    match reference.is_in_space() {
+        true => reference.press(state.punch),
+        false => reference.put(&state.bodies(), state.punch),
+    }
     reference.step();
     take_over(reference, state);
 }
 
 /// The state is what the reference has.
 fn take_over(reference: &Reference, state: &mut State) {
-    let (force, torque) = reference.loads();
-    let bodies = &reference.bodies;
-    for (number, at) in state.place.iter().map(|at| *at as usize).enumerate() {
+    let bodies = &reference.bodies();
+    for (number, (force, torque)) in reference.loads().enumerate() {
+        let at = state.place[number] as usize;
         state.position[at] = [bodies.x[number], bodies.z[number]];
         state.velocity[at] = [bodies.vx[number], bodies.vz[number]];
-        state.force[at] = force[number];
+        state.force[at] = in_plane(force);
         if let (Some(to), Some(spin)) = (state.spin.get_mut(at), bodies.spin.get(number)) {
             *to = *spin;
         }
         if let Some(to) = state.torque.get_mut(at) {
-            *to = torque[number];
+            *to = torque[1];
         }
     }
     state.punch = reference.punch;

@@ -2,6 +2,7 @@
 //! grain can avoid by moving, every thousand steps and at the end of a stage.
 
 use super::state::{Constants, State};
+use crate::scene::Container;
 use crate::tables::Snapshot;
 
 /// What went wrong, with the grain.
@@ -14,6 +15,11 @@ pub enum Trouble {
          radius in a step can pass a wall: take a smaller /time_step or a lower /cloud/speed"
     )]
     Lost { grain: u32, x: f64, z: f64 },
+    #[error(
+        "grain {grain} has left the box: its centre is at y={y} m; a grain that moves more than its radius in a step can pass \
+         a wall: take a smaller /time_step or a lower /cloud/speed"
+    )]
+    LostAcross { grain: u32, y: f64 },
     #[error(
         "the bed did not come to rest within {steps} steps, so nothing can be said of it at rest; with this load it may \
          not be able to"
@@ -65,15 +71,22 @@ pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
     first.map_or(Ok(()), |(_, trouble)| Err(trouble))
 }
 
-/// A moment of any engine: every grain in a box of this width, and no overlap beyond the smaller radius of a pair.
-pub fn check_moment(moment: &Snapshot, box_width: f64) -> Result<(), Trouble> {
+/// A moment of any engine: every grain in this box, and no overlap beyond the smaller radius of a pair.
+pub fn check_moment(moment: &Snapshot, container: &Container) -> Result<(), Trouble> {
     let bodies = &moment.bodies;
+    for (id, y) in bodies.y.iter().enumerate() {
+        let grain = id as u32;
+        let depth = container.depth.unwrap_or(f64::INFINITY);
+        if !(*y > 0.0 && *y < depth) {
+            return Err(Trouble::LostAcross { grain, y: *y });
+        }
+    }
     for (id, (&x, &z)) in bodies.x.iter().zip(&bodies.z).enumerate() {
         let grain = id as u32;
         if !(x.is_finite() && z.is_finite()) {
             return Err(Trouble::NotFinite { grain });
         }
-        if x <= 0.0 || x >= box_width || z <= 0.0 {
+        if x <= 0.0 || x >= container.width || z <= 0.0 {
             return Err(Trouble::Lost { grain, x, z });
         }
     }
@@ -93,15 +106,15 @@ pub fn check_moment(moment: &Snapshot, box_width: f64) -> Result<(), Trouble> {
     Ok(())
 }
 
-/// Ten times all the energy that a run can turn into motion, J: what it has, what falling to the
-/// floor gives and `work`, what is stored in overlaps and what the punch may do.
+/// Ten times all the energy that a run can turn into motion, J: what falling to the floor gives and `work`: what it has, what is
+/// stored in overlaps and what the punch may do.
 pub fn energy_limit(state: &State, constants: &Constants, work: f64) -> f64 {
     let fall: f64 = state
         .by_number(&state.mass)
         .zip(state.by_number(&state.position))
         .map(|(mass, position)| mass * -constants.gravity[1] * position[1])
         .sum();
-    10.0 * (state.kinetic_energy() + fall + work)
+    10.0 * (fall + work)
 }
 
 /// The kinetic energy is below its limit.

@@ -280,8 +280,10 @@ impl Runner<'_> {
             slowness.stretch();
         }
         let (state, constants) = (&self.dynamics.state, &self.dynamics.constants);
-        let found = health::check(state, constants)
-            .and_then(|()| health::check_energy(state, state.kinetic_energy(), self.energy_limit));
+        let found = health::check(state, constants).and_then(|()| {
+            let energy = self.dynamics.kinetic_energy();
+            health::check_energy(state, energy, self.energy_limit)
+        });
         found.map_err(|trouble| self.error(self.step, trouble))
     }
 
@@ -297,13 +299,14 @@ impl Runner<'_> {
         });
         let stored: f64 = stored.sum();
         let by_punch = self.scene.target_force() * self.scene.loading.give_up_depth;
-        health::energy_limit(&self.dynamics.state, constants, stored + by_punch)
+        let work = self.dynamics.kinetic_energy() + stored + by_punch;
+        health::energy_limit(&self.dynamics.state, constants, work)
     }
 
     fn observe(&mut self) -> Result<(), NativeError> {
         let snapshot = self.snapshot();
-        if let Some(width) = self.dynamics.constants.box_width {
-            health::check_moment(&snapshot, width)
+        if self.dynamics.constants.box_width.is_some() {
+            health::check_moment(&snapshot, &self.scene.container)
                 .map_err(|trouble| self.error(self.step, trouble))?;
         }
         self.observer.snapshot(&snapshot);

@@ -1,7 +1,7 @@
 //! The state of the native engine, what a step reads and changes; and the constants of a run, which it never changes.
 
 use super::contact::{self, ContactRules, Motion, Parameters, Touch};
-use crate::model::{Kernel, Law, Model, Wall, damping_ratio};
+use crate::model::{Kernel, Law, Model, Wall};
 use crate::rules::Rules;
 use crate::scene::Viscosity;
 use crate::tables::{Bodies, Body, BodyIds, Contact, Punch, tangential};
@@ -118,6 +118,7 @@ impl State {
                 column(&self.spin)
             },
             inertia: column(&self.inertia),
+            ..Bodies::default()
         }
     }
 
@@ -213,8 +214,8 @@ pub struct Constants {
     pub normal_factors: [f64; 3],
     /// Relative change of every k_s; 1 unless it is perturbed.
     pub tangential_factor: f64,
-    /// Damping ratio of the dashpots, where a restitution is asked for.
-    pub damping_ratio: f64,
+    /// Damping ratios of the dashpots along the normal and the tangent, where a restitution or a ratio is asked for.
+    pub damping_ratios: [f64; 2],
     /// m/s².
     pub gravity: [f64; 2],
     /// Cundall's α.
@@ -240,7 +241,7 @@ impl Constants {
             rules: model.rules,
             normal_factors: [1.0; 3],
             tangential_factor: 1.0,
-            damping_ratio: ratio(&model.law),
+            damping_ratios: model.law.damping_ratios(),
             gravity: model.gravity,
             alpha: model.alpha,
             dt: model.dt,
@@ -258,7 +259,7 @@ impl Constants {
     /// Changes the law, and with it what was worked out of it.
     pub fn change_law(&mut self, change: impl FnOnce(&mut Law)) {
         change(&mut self.law);
-        self.damping_ratio = ratio(&self.law);
+        self.damping_ratios = self.law.damping_ratios();
     }
 
     /// The cheapest kernel that has every term of the law.
@@ -325,17 +326,10 @@ impl Constants {
                 Viscosity::None => 0.0,
                 // Each body has twice the constant, and two dashpots act in series, as in YADE.
                 Viscosity::Dashpot { c_n, .. } => self.in_series(c_n, c_n),
-                Viscosity::Restitution { .. } => {
-                    2.0 * self.damping_ratio * (effective_mass * k_n).sqrt()
+                Viscosity::Restitution { .. } | Viscosity::Ratio { .. } => {
+                    2.0 * self.damping_ratios[0] * (effective_mass * k_n).sqrt()
                 }
             },
         }
-    }
-}
-
-fn ratio(law: &Law) -> f64 {
-    match law.contact.viscosity {
-        Viscosity::None | Viscosity::Dashpot { .. } => 0.0,
-        Viscosity::Restitution { e_n, tension } => damping_ratio(e_n, tension),
     }
 }

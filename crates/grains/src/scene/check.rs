@@ -13,6 +13,7 @@ use super::*;
 const WIDEST: f64 = 1.0e6;
 
 const WIDTH: &str = "/box/width";
+const DEPTH: &str = "/box/depth";
 
 /// A faster punch would jump over what it should touch; in mean radii a step.
 const LONGEST_STRIDE: f64 = 0.1;
@@ -137,6 +138,7 @@ const BELOW_ONE: Range = (|value| (0.0..1.0).contains(&value), "a number in [0, 
 const UP_TO_ONE: Range = (|value| (0.0..=1.0).contains(&value), "a number in [0, 1]");
 const REAL_SHARE: Range = (|value| value > 0.0 && value < 1.0, "a number in (0, 1)");
 const RESTITUTION: Range = (|value| value > 0.0 && value <= 1.0, "a number in (0, 1]");
+const POISSON: Range = (|value| (0.0..=0.5).contains(&value), "a number in [0, 0.5]");
 const ANGLE: Range = (
     |value| (0.0..FRAC_PI_2).contains(&value),
     "a number in [0, π/2)",
@@ -145,10 +147,11 @@ const ANGLE: Range = (
 const RADIANS: &str = "rad";
 
 /// Numbers that are right or wrong by themselves, with their units.
-const NUMBERS: [(&str, Range, &str); 17] = [
+const NUMBERS: [(&str, Range, &str); 18] = [
     (DIAMETER, POSITIVE, "m"),
     (DISPERSION, BELOW_ONE, ""),
     (WIDTH, POSITIVE, "m"),
+    (DEPTH, POSITIVE, "m"),
     ("/cloud/spin", NOT_NEGATIVE, "rad/s"),
     ("/cloud/jitter", UP_TO_ONE, ""),
     ("/cloud/speed", NOT_NEGATIVE, "m/s"),
@@ -175,7 +178,7 @@ const DENSITY: &str = "/material/density";
 const MODULUS: &str = "/material/youngs_modulus";
 
 /// The same of the constants of a stage.
-const CONSTANTS: [(&str, Range, &str); 9] = [
+const CONSTANTS: [(&str, Range, &str); 16] = [
     (MODULUS, POSITIVE, "Pa"),
     (DENSITY, POSITIVE, "kg/m³"),
     ("/material/stiffness_ratio", POSITIVE, ""),
@@ -184,6 +187,21 @@ const CONSTANTS: [(&str, Range, &str); 9] = [
     ("/material/punch_friction_angle", ANGLE, RADIANS),
     ("/contact/viscosity/c_n", POSITIVE, "N·s/m"),
     ("/contact/viscosity/e_n", RESTITUTION, ""),
+    ("/contact/viscosity/ratio", NOT_NEGATIVE, ""),
+    ("/contact/tangential_viscosity", UP_TO_ONE, ""),
+    (
+        "/contact/rolling/bending_stiffness",
+        NOT_NEGATIVE,
+        "N·m/rad",
+    ),
+    (
+        "/contact/rolling/twisting_stiffness",
+        NOT_NEGATIVE,
+        "N·m/rad",
+    ),
+    ("/contact/rolling/limit", POSITIVE, ""),
+    ("/contact/adhesion", NOT_NEGATIVE, "J/m²"),
+    ("/material/poissons_ratio", POISSON, ""),
     ("/damping/alpha", BELOW_ONE, ""),
 ];
 
@@ -201,6 +219,9 @@ fn impossible(scene: &Scene, given: &Value, problems: Vec<Problem>) -> Vec<Probl
         numbers(at, &*stage, &CONSTANTS, &mut found);
     }
     inside_box(scene, &mut found);
+    for (at, stage) in stages(scene) {
+        in_space(at, &stage, &mut found);
+    }
     loading(scene, &mut found);
     control_points(scene, &mut found);
     derived(scene, &mut found);
@@ -285,6 +306,73 @@ fn inside_box(scene: &Scene, found: &mut Findings<'_>) {
     ] {
         let place = format!("/measurement/{key}");
         found.follows(length <= width, &[&place, WIDTH], wanted);
+    }
+}
+
+/// What grains in space may have and grains in the plane may not, in a stage.
+fn in_space(at: &str, scene: &Scene, found: &mut Findings<'_>) {
+    let (contact, depth) = (&scene.contact, scene.container.depth);
+    let place = |key: &str| format!("{at}{key}");
+    let sphere = scene.particles.shape == Shape::Sphere;
+    let wanted = "\"sphere\", which alone is in space (/box/depth)";
+    found.follows(
+        depth.is_none() || sphere,
+        &["/particles/shape", DEPTH],
+        wanted,
+    );
+    let Cloud::JitteredLattice { columns, over, .. } = scene.cloud;
+    let [from, to] = over.unwrap_or([0.0, scene.container.width]);
+    let holds = depth.is_none_or(|depth| depth >= (to - from) / f64::from(columns));
+    found.follows(
+        holds,
+        &[DEPTH, "/cloud/columns"],
+        "room for a cell of the cloud",
+    );
+    let height = "/measurement/surface_height";
+    let holds = depth.is_none() || scene.measurement.surface_height != SurfaceHeight::MeanSurface;
+    found.follows(holds, &[height, DEPTH], "a height that there is in space");
+    let hertz = contact.springs == Springs::HertzMindlin;
+    let ratio = matches!(contact.viscosity, Viscosity::Ratio { .. });
+    for (key, given, wanted, holds) in [
+        (
+            "springs",
+            hertz,
+            "linear in the plane: /box/depth is for spheres in space",
+            depth.is_some(),
+        ),
+        (
+            "springs",
+            hertz,
+            "linear, or /material/poissons_ratio given",
+            scene.material.poissons_ratio.is_some(),
+        ),
+        (
+            "viscosity",
+            ratio,
+            "another kind beside linear springs",
+            hertz,
+        ),
+        (
+            "tangential_viscosity",
+            contact.tangential_viscosity.is_some(),
+            "left out beside linear springs",
+            hertz,
+        ),
+        (
+            "adhesion",
+            contact.adhesion.is_some(),
+            "left out beside linear springs",
+            hertz,
+        ),
+        (
+            "rolling",
+            contact.rolling.is_some(),
+            "left out in the plane",
+            depth.is_some(),
+        ),
+    ] {
+        let [here, pouring] = [place(&format!("/contact/{key}")), format!("/contact/{key}")];
+        found.follows(!given || holds, &[here.as_str(), &pouring, DEPTH], wanted);
     }
 }
 

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::paper_scene::paper_scene;
-use super::{Cloud, ControlPoint, Scene, TimeStep};
+use super::{Cloud, ControlPoint, Scene, Shape, SurfaceHeight, TimeStep, TorqueArms};
 
 /// What every scene file has to say, by JSON pointer.
 const GIVEN: [(&str, &str); 3] = [
@@ -102,6 +102,14 @@ fn defaults(diameter: f64, width: f64, dispersion: f64, given: &Value) -> Scene 
     }
     if let TimeStep::Fraction { of_sqrt_m_over_k } = &mut scene.time_step {
         *of_sqrt_m_over_k /= sticking(given);
+    }
+    if given.pointer("/box/depth").is_some() {
+        scene.particles.shape = Shape::Sphere;
+        scene.measurement.surface_height = SurfaceHeight::TwiceCentreOfMass;
+    }
+    if given.pointer("/contact/springs") == Some(&Value::from("hertz_mindlin")) {
+        // As in YADE.
+        scene.contact.torque_arms = TorqueArms::ContactPoint;
     }
     scene.loading.half_width = (2.25 * diameter).min(0.25 * width);
     scene.loading.punch_height = 30.0 * diameter;

@@ -8,7 +8,7 @@ impl Runner<'_> {
     pub(super) fn settle_rule(&mut self) -> Option<StopReason> {
         let settle = &self.scene.settle;
         if self.step.is_multiple_of(settle.check_every) {
-            let energy = self.dynamics.state.kinetic_energy();
+            let energy = self.dynamics.kinetic_energy();
             let peak = self.seen.energy.max(energy);
             self.seen.energy = peak;
             if energy <= settle.kinetic_energy_fraction * peak {

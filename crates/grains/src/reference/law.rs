@@ -1,0 +1,519 @@
+//! What a contact does: springs, dashpots, Coulomb's limit and torques, by the law and the rules.
+
+use std::f64::consts::PI;
+use std::hint::black_box;
+
+use super::touch::Touch;
+use super::{Ids, Memory, Motion, Reference, series};
+use crate::rules::{
+    Arms, ArmsAtWalls, LimitFrom, NewContact, RestitutionFormula, Slip, SlipAdded, SlipAtWalls,
+    SpringTurn, SpringWhenSliding, StiffnessMean, TangentialDashpot, TensionRule, WallMass,
+    WallStiffness,
+};
+use crate::scene::{Rolling, Springs, Tension, Viscosity};
+use crate::tables::Body;
+use crate::variant::Form;
+use crate::vector::{Vector, cross, dot, hypot, minus, norm, plus, times};
+
+/// What is the same for two bodies as long as the law is.
+#[derive(Clone, Copy)]
+pub(super) struct Pair {
+    /// k_n and k_s of linear springs, N/m. Of Hertz's F_n/u^1.5 and k_s/u^0.5, N/m^1.5.
+    k_n: f64,
+    k_s: f64,
+    /// Effective mass, kg.
+    mass: f64,
+    /// tan φ.
+    tangent: f64,
+    /// Pull of adhesion, N.
+    pull: f64,
+}
+
+/// A contact's constants at its overlap.
+struct Strength {
+    /// Force of the normal spring, N.
+    elastic: f64,
+    k_s: f64,
+    c_n: f64,
+    /// Of the dashpot along the tangent.
+    c_s: f64,
+}
+
+/// What a contact does in a step.
+pub(super) struct Action {
+    /// On body 2, N.
+    pub force: Vector,
+    /// On body 1 and body 2 by the force, N·m.
+    pub torques: [Vector; 2],
+    /// On body 2 by rolling and twisting, N·m; body 1 feels the opposite.
+    pub moment: Vector,
+    /// Where the law has friction.
+    pub memory: Option<Memory>,
+}
+
+const NONE: Vector = [0.0; 3];
+
+impl Reference {
+    /// What these bodies have between them; a flat one has the grain's radius.
+    pub(super) fn pair(&self, ids: Ids) -> Pair {
+        let first = self.constants.ids.body(ids.0);
+        let (constants, law) = (&self.constants, &self.constants.law);
+        let material = |i: usize| law.solid(self.sizes.material.get(i).copied().unwrap_or(0));
+        let two = ids.1 as usize;
+        let m2 = self.sizes.mass[two];
+        let (radii, mass, solids) = match first {
+            Body::Grain => {
+                let one = ids.0 as usize;
+                let m1 = self.sizes.mass[one];
+                let radii = [one, two].map(|i| self.stiffness_radius[i]);
+                (radii, m1 * m2 / (m1 + m2), [one, two].map(material))
+            }
+            flat => {
+                let radii = match flat {
+                    Body::Wall => &self.stiffness_radius,
+                    _ => &self.sizes.radius,
+                };
+                let solids = [law.solid(0), material(two)];
+                ([radii[two]; 2], self.wall_mass(m2), solids)
+            }
+        };
+        let [one, two] = solids;
+        let (mut k_n, mut k_s, pull) = match law.contact.springs {
+            Springs::Linear => {
+                let [a, b] = [one.modulus * radii[0], two.modulus * radii[1]];
+                let [c, d] = [a * one.stiffness_ratio, b * two.stiffness_ratio];
+                match law.has_dashpots() {
+                    false => (2.0 * a * b / (a + b), 2.0 * c * d / (c + d), 0.0),
+                    true => (series(a, b), series(c, d), 0.0),
+                }
+            }
+            Springs::HertzMindlin => {
+                let radius = radii[0] * radii[1] / (radii[0] + radii[1]);
+                let [k_n, k_s] = one.hertz_mindlin(two, radius);
+                let energy = law.contact.adhesion.unwrap_or(0.0);
+                (k_n, k_s, 4.0 * PI * radius * energy)
+            }
+        };
+        let rigid = self.rules().wall_stiffness == WallStiffness::Rigid;
+        if rigid && first != Body::Grain {
+            k_n *= 2.0;
+            k_s *= 2.0;
+        }
+        k_n *= constants.normal_factors[first as usize];
+        k_s *= constants.tangential_factor;
+        if first == Body::Grain && law.contact.springs == Springs::Linear {
+            let [r1, r2] = radii;
+            let mean = match self.rules().stiffness_mean {
+                _ if self.has(Form::StiffnessOfFirst) => Some(r1),
+                StiffnessMean::Harmonic => None,
+                StiffnessMean::Arithmetic => Some(0.5 * (r1 + r2)),
+                StiffnessMean::Geometric => Some((r1 * r2).sqrt()),
+                StiffnessMean::Smaller => Some(r1.min(r2)),
+                StiffnessMean::Larger => Some(r1.max(r2)),
+            };
+            if let Some(mean) = mean {
+                let right = 2.0 * r1 * r2 / (r1 + r2);
+                k_n *= mean / right;
+                k_s *= mean / right;
+            }
+        }
+        let mut tangent = self.tangents[first as usize];
+        if !law.materials.is_empty() {
+            tangent = one.friction_angle.min(two.friction_angle).tan();
+        }
+        Pair {
+            k_n,
+            k_s,
+            mass,
+            tangent,
+            pull,
+        }
+    }
+
+    /// The constants of these bodies' contact at this overlap.
+    fn strength(&self, ids: Ids, touch: &Touch, pair: &Pair) -> Strength {
+        let constants = &self.constants;
+        let contact = &constants.law.contact;
+        let u = touch.overlap;
+        let (elastic, k_n, k_s) = match contact.springs {
+            Springs::Linear => (pair.k_n * u, pair.k_n, pair.k_s),
+            Springs::HertzMindlin => {
+                let root = power(u, 0.5);
+                (
+                    pair.k_n * power(u, 1.5),
+                    1.5 * pair.k_n * root,
+                    pair.k_s * root,
+                )
+            }
+        };
+        let by_ratio = |ratio: f64, k: f64| 2.0 * ratio * (pair.mass * k).max(0.0).sqrt();
+        let [normal, along] = constants.damping_ratios;
+        let mut c_n = match contact.viscosity {
+            Viscosity::None => 0.0,
+            Viscosity::Dashpot { c_n, .. } => series(c_n, c_n),
+            Viscosity::Restitution { .. } | Viscosity::Ratio { .. } => by_ratio(normal, k_n),
+        };
+        c_n *= self.restitution_factor();
+        if touch.first == Body::Grain && self.has(Form::DashpotOfMeanMass) {
+            let [m1, m2] = [ids.0, ids.1].map(|id| self.sizes.mass[id as usize]);
+            c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
+        }
+        let c_s = match contact.springs {
+            Springs::Linear => c_n,
+            Springs::HertzMindlin => by_ratio(along, k_s),
+        };
+        Strength {
+            elastic,
+            k_s,
+            c_n,
+            c_s,
+        }
+    }
+
+    /// The effective mass at walls and punch, kg.
+    fn wall_mass(&self, mass: f64) -> f64 {
+        match self.rules().wall_mass {
+            WallMass::Whole => mass,
+            WallMass::Half => 0.5 * mass,
+        }
+    }
+
+    /// The dashpot by the chosen formula over that of the model.
+    fn restitution_factor(&self) -> f64 {
+        let Viscosity::Restitution { e_n, tension } = self.constants.law.contact.viscosity else {
+            return 1.0;
+        };
+        let chosen = match self.rules().restitution {
+            RestitutionFormula::Cut => Tension::Clipped,
+            _ => Tension::Unclipped,
+        };
+        if chosen == tension {
+            return 1.0;
+        }
+        let springs = self.constants.law.contact.springs;
+        match springs.damping_ratio(e_n, tension) {
+            0.0 => 1.0,
+            ratio => springs.damping_ratio(e_n, chosen) / ratio,
+        }
+    }
+
+    /// How the first of a pair and its grain move; what other forms leave out is left out.
+    fn motions(&self, ids: Ids, first: Body) -> [Motion; 2] {
+        let spins = !self.has(Form::SlipOfCentres);
+        let grain = |id: u32| {
+            let motion = self.motions[id as usize];
+            let spin = if spins { motion.spin } else { NONE };
+            Motion { spin, ..motion }
+        };
+        let one = match (first, &self.felt) {
+            (Body::Grain, _) => grain(ids.0),
+            (Body::Punch, Some(punch)) => Motion::from(punch),
+            _ => Motion::default(),
+        };
+        [one, grain(ids.1)]
+    }
+
+    /// What a contact does that remembers this, and what it remembers after this step.
+    pub(super) fn act(&self, ids: Ids, touch: &Touch, remembered: Option<&Memory>) -> Action {
+        let pair = remembered.map_or_else(|| self.pair(ids), |memory| memory.pair);
+        let strength = self.strength(ids, touch, &pair);
+        let on = self.motions(ids, touch.first);
+        let normal_force = self.normal_force(touch, on, &strength, pair.pull);
+        if !self.constants.law.has_friction() {
+            return Action {
+                force: plus(normal_force, NONE),
+                torques: [NONE; 2],
+                moment: NONE,
+                memory: None,
+            };
+        }
+        let (shear, kept) = self.shear(touch, on, (&pair, &strength), normal_force, remembered);
+        let force = plus(normal_force, shear);
+        let [bending, twisting] = match self.constants.law.contact.rolling {
+            Some(rolling) => self.moments(&rolling, touch, on, normal_force, remembered),
+            None => [NONE; 2],
+        };
+        Action {
+            force,
+            torques: self.torques(touch, on, force),
+            moment: plus(bending, twisting),
+            memory: Some(Memory {
+                ids,
+                normal: touch.normal,
+                shear: kept,
+                bending,
+                twisting,
+                pair,
+            }),
+        }
+    }
+
+    /// Spring, dashpot and adhesion, on body 2, N.
+    fn normal_force(
+        &self,
+        touch: &Touch,
+        on: [Motion; 2],
+        strength: &Strength,
+        pull: f64,
+    ) -> Vector {
+        let law = &self.constants.law;
+        let clips = law.has_dashpots() && self.rules().tension == TensionRule::Cut;
+        let speed = || dot(touch.normal, at_contact_point(touch, on));
+        if law.contact.springs == Springs::Linear {
+            let mut force = strength.elastic;
+            if law.has_dashpots() {
+                force -= strength.c_n * speed();
+            }
+            // A force that is cut has no direction, not that of −0.
+            return match force < 0.0 && clips {
+                true => NONE,
+                false => times(force, touch.normal),
+            };
+        }
+        let spring = times(strength.elastic - pull, touch.normal);
+        if !law.has_dashpots() {
+            return spring;
+        }
+        let viscous = times(strength.c_n, times(speed(), touch.normal));
+        let force = minus(spring, viscous);
+        if !clips || dot(force, touch.normal) >= 0.0 {
+            return force;
+        }
+        if law.contact.adhesion.is_none() {
+            return NONE;
+        }
+        // YADE's: where the dashpot pulls more than adhesion does, it is left out and adhesion counted twice.
+        let size = norm(viscous);
+        match size > pull {
+            true => minus(spring, times(pull, viscous.map(|part| part / size))),
+            false => force,
+        }
+    }
+
+    /// Moments against rolling and twisting, on body 2, N·m.
+    fn moments(
+        &self,
+        rolling: &Rolling,
+        touch: &Touch,
+        on: [Motion; 2],
+        normal_force: Vector,
+        remembered: Option<&Memory>,
+    ) -> [Vector; 2] {
+        let relative = minus(on[1].spin, on[0].spin);
+        let twist = times(dot(relative, touch.normal), touch.normal);
+        let stiffnesses = [rolling.bending_stiffness, rolling.twisting_stiffness];
+        let before = remembered.map_or([NONE; 2], |memory| {
+            [memory.bending, memory.twisting].map(|of| self.turned(memory.normal, of, touch, on))
+        });
+        let rates = [minus(relative, twist), twist];
+        let [mut bending, twisting] = [0, 1].map(|at| {
+            let way = times(self.constants.dt, rates[at]);
+            minus(before[at], times(stiffnesses[at], way))
+        });
+        // As in YADE, where a force of zero limits nothing.
+        let force = norm(normal_force);
+        if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0 && force > 0.0) {
+            let most = force * (limit * ((touch.radii[0] + touch.radii[1]) / 2.0));
+            let size = norm(bending);
+            if size > most {
+                bending = times(most / size, bending);
+            }
+        }
+        [bending, twisting]
+    }
+
+    /// The tangential force on body 2, N, and what its spring remembers of it.
+    fn shear(
+        &self,
+        touch: &Touch,
+        on: [Motion; 2],
+        (pair, strength): (&Pair, &Strength),
+        normal_force: Vector,
+        remembered: Option<&Memory>,
+    ) -> (Vector, Vector) {
+        let dt = self.constants.dt;
+        let before_turn = self.rules().slip_added == SlipAdded::BeforeTurn;
+        let mut shear = match remembered {
+            Some(memory) if before_turn => memory.shear,
+            Some(memory) => self.turned(memory.normal, memory.shear, touch, on),
+            None => NONE,
+        };
+        let relative = self.slip_velocity(touch, on);
+        let along = dot(touch.normal, relative);
+        let slip = minus(relative, times(along, touch.normal));
+        // The way since they met, over the way in this step.
+        let mut share = 1.0;
+        let way = -along * dt;
+        match self.rules().new_contact {
+            _ if remembered.is_some() => {}
+            NewContact::SinceTouch if way > touch.overlap => share = touch.overlap / way,
+            NewContact::Nothing => share = 0.0,
+            _ => {}
+        }
+        let (law, is_linear) = (&self.constants.law, self.is_linear());
+        // YADE's linear laws with and without a dashpot multiply in different orders.
+        let growth = match law.has_dashpots() && is_linear {
+            false => times(strength.k_s, times(dt, slip)),
+            true => times(strength.k_s * dt, slip),
+        };
+        shear = minus(shear, times(share, growth));
+        if let (true, Some(memory)) = (before_turn, remembered) {
+            shear = self.turned(memory.normal, shear, touch, on);
+        }
+        let tangent = pair.tangent;
+        if self.has(Form::NoCoulombLimit) {
+            return (shear, shear);
+        }
+        if self.has(Form::CoulombByComponent) {
+            let limit = hypot(normal_force) * tangent;
+            let limited = shear.map(|part| part.max(-limit).min(limit));
+            return (limited, limited);
+        }
+        // Of linear springs the square comes first, as in YADE. Adhesion presses as much as it pulls.
+        let (limit, limit_squared) = match (self.rules().limit_from, is_linear) {
+            (LimitFrom::WholeForce, true) => {
+                let squared = dot(normal_force, normal_force) * (tangent * tangent);
+                (squared.sqrt(), squared)
+            }
+            (from, _) => {
+                let pressing = match from {
+                    LimitFrom::Spring => strength.elastic,
+                    LimitFrom::WholeForce => norm(normal_force) + pair.pull,
+                };
+                let limit = pressing * tangent;
+                (limit, limit * limit)
+            }
+        };
+        let dashpot = self.rules().tangential_dashpot;
+        let braking = match dashpot {
+            TangentialDashpot::None => NONE,
+            _ if is_linear => times(-strength.c_n, slip),
+            // Divided by dt again, as in YADE.
+            _ => times(-strength.c_s, times(dt, slip).map(|way| way / dt)),
+        };
+        let within = match dashpot {
+            TangentialDashpot::Within => plus(shear, braking),
+            _ => shear,
+        };
+        let squared = dot(within, within);
+        let slides = squared > limit_squared;
+        let cut = match slides {
+            true => times(limit / squared.sqrt(), within),
+            false => within,
+        };
+        let kept = match (slides, self.rules().spring_when_sliding, dashpot) {
+            // What is left for the spring where both are limited together.
+            (true, SpringWhenSliding::Limited, TangentialDashpot::Within) => minus(cut, braking),
+            (true, SpringWhenSliding::Limited, _) => cut,
+            (true, SpringWhenSliding::Nothing, _) => NONE,
+            _ => shear,
+        };
+        let is_added = match dashpot {
+            TangentialDashpot::Beyond => true,
+            TangentialDashpot::WhileSticking => !slides,
+            _ => false,
+        };
+        let force = match is_added {
+            true => plus(cut, braking),
+            false => cut,
+        };
+        (force, kept)
+    }
+
+    fn is_linear(&self) -> bool {
+        self.constants.law.contact.springs == Springs::Linear
+    }
+
+    /// A vector of the step before, turned with the normal and with the spins about it.
+    fn turned(&self, before: Vector, shear: Vector, touch: &Touch, on: [Motion; 2]) -> Vector {
+        if self.has(Form::HistoryReset) {
+            return NONE;
+        }
+        let rule = self.rules().spring_turn;
+        if rule == SpringTurn::NotTurned {
+            return shear;
+        }
+        if rule != SpringTurn::FirstOrder {
+            if before == touch.normal {
+                return shear;
+            }
+            let projected = minus(shear, times(dot(shear, touch.normal), touch.normal));
+            let size = hypot(projected);
+            let grows = rule == SpringTurn::KeepsLength && size > 0.0;
+            let factor = if grows { hypot(shear) / size } else { 1.0 };
+            return times(factor, projected);
+        }
+        let mut turn = cross(before, touch.normal);
+        if self.has(Form::HistoryTurnedBack) {
+            turn = times(-1.0, turn);
+        }
+        let turned = minus(shear, cross(shear, turn));
+        let spins = plus(on[0].spin, on[1].spin);
+        let half = 0.5 * self.constants.dt * dot(before, spins);
+        minus(turned, cross(turned, times(half, before)))
+    }
+
+    /// That of body 2 against body 1, of which the tangential part is the slip, m/s.
+    fn slip_velocity(&self, touch: &Touch, on: [Motion; 2]) -> Vector {
+        if touch.slip == Slip::ContactPoint {
+            return at_contact_point(touch, on);
+        }
+        let ([mut r1, mut r2], [one, two]) = (touch.radii, on);
+        if touch.first != Body::Grain && self.rules().slip_at_walls == SlipAtWalls::HalfOverlap {
+            [r1, r2] = [r1, r2].map(|radius| radius - 0.5 * touch.overlap);
+        }
+        let stretch = match touch.slip {
+            Slip::Unstretched => 1.0,
+            _ => (r1 + r2) / (r1 + r2 - touch.overlap),
+        };
+        let relative = times(stretch, minus(two.velocity, one.velocity));
+        minus(
+            plus(relative, cross(two.spin, times(-r2, touch.normal))),
+            cross(one.spin, times(r1, touch.normal)),
+        )
+    }
+
+    /// On body 1 and body 2 of a force on body 2, N·m.
+    fn torques(&self, touch: &Touch, on: [Motion; 2], force: Vector) -> [Vector; 2] {
+        let is_flat = touch.first != Body::Grain;
+        if !self.constants.law.rotates() || is_flat && self.has(Form::NoTorqueOfFlatBodies) {
+            return [NONE; 2];
+        }
+        let on_first = force.map(|part| -part);
+        let arms = match self.rules().torque_arms_at_walls {
+            ArmsAtWalls::HalfOverlap if is_flat => Arms::HalfOverlap,
+            ArmsAtWalls::ContactPoint if is_flat => Arms::ContactPoint,
+            ArmsAtWalls::WholeRadius if is_flat => Arms::WholeRadii,
+            _ => self.rules().torque_arms,
+        };
+        let turn = cross(touch.normal, on_first);
+        let mut torques = match arms {
+            Arms::WholeRadii => touch.radii.map(|radius| times(radius, turn)),
+            Arms::HalfOverlap | Arms::AsModel => touch
+                .radii
+                .map(|radius| times(radius - 0.5 * touch.overlap, turn)),
+            Arms::ContactPoint => {
+                let [one, two] = on.map(|motion| minus(touch.point, motion.place));
+                [cross(one, on_first), cross(two, force)]
+            }
+        };
+        if self.has(Form::TorqueSign) {
+            torques[1] = times(-1.0, torques[1]);
+        }
+        torques
+    }
+}
+
+/// Velocity of body 2 against body 1 at the contact point, m/s.
+fn at_contact_point(touch: &Touch, on: [Motion; 2]) -> Vector {
+    let [v1, v2] = on.map(|motion| {
+        let arm = minus(touch.point, motion.place);
+        plus(motion.velocity, cross(motion.spin, arm))
+    });
+    minus(v2, v1)
+}
+
+/// By the C library's `pow`, whose bits YADE has; the compiler may take others for an exponent that it knows.
+fn power(base: f64, exponent: f64) -> f64 {
+    base.powf(black_box(exponent))
+}

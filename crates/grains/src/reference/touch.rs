@@ -1,0 +1,194 @@
+//! Where two bodies touch: grains, a grain and a wall, a grain and the punch.
+
+use super::{Ids, Reference, Touching};
+use crate::model::Wall;
+use crate::rules::{Slip, SlipAtWalls};
+use crate::tables::{Body, Punch};
+use crate::variant::Form;
+use crate::vector::{Vector, in_plane, minus, norm, plus, times};
+
+/// Where two bodies touch; the normal points from body 1 to body 2.
+#[derive(Clone, Copy)]
+pub(super) struct Touch {
+    pub first: Body,
+    pub overlap: f64,
+    pub normal: Vector,
+    pub point: Vector,
+    pub radii: [f64; 2],
+    pub slip: Slip,
+}
+
+impl Reference {
+    /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains, then the punch.
+    pub(super) fn find_touching(&mut self, all: &mut Vec<Touching>) {
+        self.find_near();
+        let mut add = |ids: Ids, touch: Option<Touch>| {
+            let force = [0.0; 3];
+            all.extend(touch.map(|touch| Touching { ids, touch, force }));
+        };
+        for ids in &self.near.pairs {
+            add(*ids, self.grains(*ids));
+        }
+        let (grains, ids) = (self.motions.len() as u32, self.constants.ids);
+        for (index, wall) in self.constants.walls.iter().enumerate() {
+            if !self.has(Form::WallMissing(index)) {
+                let ids = (0..grains).map(|grain| (ids.wall(index), grain));
+                ids.for_each(|ids| add(ids, self.wall(ids, wall)));
+            }
+        }
+        if let Some(punch) = &self.felt {
+            let ids = (0..grains).map(|grain| (ids.punch(), grain));
+            ids.for_each(|ids| add(ids, self.punch(ids, punch)));
+        }
+    }
+
+    fn grains(&self, ids: Ids) -> Option<Touch> {
+        let (i, j) = (ids.0 as usize, ids.1 as usize);
+        let (one, two) = (self.motions[i].place, self.motions[j].place);
+        let (r1, r2) = (self.sizes.radius[i], self.sizes.radius[j]);
+        let way = minus(two, one);
+        let distance = norm(way);
+        let overlap = r1 + r2 - distance;
+        if overlap < 0.0 || overlap.is_nan() {
+            return None;
+        }
+        let is_lost = self.variant.forms.iter().any(|form| match form {
+            Form::LostNear(near) => distance < *near,
+            Form::LostFar(far) => distance > *far,
+            _ => false,
+        });
+        let normal = way.map(|part| part / distance);
+        (!is_lost).then_some(Touch {
+            first: Body::Grain,
+            overlap,
+            normal,
+            point: plus(one, times(r1 - 0.5 * overlap, normal)),
+            radii: [r1, r2],
+            slip: self.rules().slip,
+        })
+    }
+
+    fn wall(&self, ids: Ids, wall: &Wall) -> Option<Touch> {
+        let i = ids.1 as usize;
+        let (axis, radius) = (wall.axis.in_space(), self.sizes.radius[i]);
+        let mut point = self.motions[i].place;
+        let distance = point[axis] - wall.place;
+        let overlap = radius - distance.abs();
+        let mut normal = [0.0; 3];
+        normal[axis] = if distance > 0.0 { 1.0 } else { -1.0 };
+        point[axis] = wall.place;
+        (overlap >= 0.0).then_some(Touch {
+            first: Body::Wall,
+            overlap,
+            normal,
+            point,
+            radii: [radius; 2],
+            slip: self.slip_at_walls(self.rules().slip),
+        })
+    }
+
+    /// The punch is endless across the plane.
+    fn punch(&self, ids: Ids, punch: &Punch) -> Option<Touch> {
+        let i = ids.1 as usize;
+        let (place, radius) = (self.motions[i].place, self.sizes.radius[i]);
+        let [x, z] = in_plane(place);
+        let ([cx, cz], [ex, ez]) = (punch.centre, punch.half_extents);
+        let (rx, rz) = (x - cx, z - cz);
+        let flat = |overlap, normal: Vector, nearest: Vector, slip| Touch {
+            first: Body::Punch,
+            overlap,
+            normal,
+            point: times(0.5, plus(nearest, minus(place, times(radius, normal)))),
+            radii: [radius; 2],
+            slip,
+        };
+        if rx.abs() <= ex && rz.abs() <= ez {
+            // Centre inside: out by the nearest face.
+            let (to_side, to_end) = (ex - rx.abs(), ez - rz.abs());
+            let side = |offset: f64| if offset > 0.0 { 1.0 } else { -1.0 };
+            let (normal, depth) = if to_end < to_side {
+                ([0.0, 0.0, side(rz)], to_end)
+            } else {
+                ([side(rx), 0.0, 0.0], to_side)
+            };
+            let face = plus(place, times(depth, normal));
+            return Some(flat(
+                norm(minus(face, minus(place, times(radius, normal)))),
+                normal,
+                face,
+                // As in YADE, whatever is chosen; its law with dashpots never corrects.
+                self.slip_at_walls(match self.constants.law.has_dashpots() {
+                    false => Slip::Corrected,
+                    true => Slip::ContactPoint,
+                }),
+            ));
+        }
+        if rx.abs() > ex && rz.abs() > ez && self.has(Form::CornersMissing) {
+            return None;
+        }
+        let (nearest_x, nearest_z) = (rx.max(-ex).min(ex), rz.max(-ez).min(ez));
+        let way = [nearest_x - rx, 0.0, nearest_z - rz];
+        let distance = norm(way);
+        let overlap = radius - distance;
+        let normal = way.map(|part| -(part / distance));
+        let nearest = [nearest_x + cx, place[1], nearest_z + cz];
+        let slip = self.slip_at_walls(Slip::ContactPoint);
+        (overlap >= 0.0).then(|| flat(overlap, normal, nearest, slip))
+    }
+
+    /// Which slip a flat body has that has this one as between grains.
+    fn slip_at_walls(&self, as_slip: Slip) -> Slip {
+        match self.rules().slip_at_walls {
+            SlipAtWalls::AsSlip => as_slip,
+            SlipAtWalls::ContactPoint => Slip::ContactPoint,
+            SlipAtWalls::Unstretched | SlipAtWalls::HalfOverlap => Slip::Unstretched,
+        }
+    }
+
+    /// Finds the pairs of grains that are near anew if one has gone far.
+    fn find_near(&mut self) {
+        let largest = self.sizes.radius.iter().copied().fold(0.0, f64::max);
+        // Two that come nearer from both sides.
+        let far = 0.49 * NEAR * largest;
+        let has_gone = |(now, then): (&super::Motion, &Vector)| {
+            minus(now.place, *then).iter().any(|way| way.abs() > far)
+        };
+        let is_other = self.near.at.len() != self.motions.len();
+        if is_other || self.motions.iter().zip(&self.near.at).any(has_gone) {
+            self.near = self.near_pairs(NEAR * largest);
+        }
+    }
+
+    /// Pairs of grains whose surfaces are no farther apart than this in any direction, in the order of their ids.
+    fn near_pairs(&self, gap: f64) -> Near {
+        let radius = &self.sizes.radius;
+        let at: Vec<Vector> = self.motions.iter().map(|grain| grain.place).collect();
+        let mut order: Vec<usize> = (0..at.len()).collect();
+        order.sort_by(|a, b| at[*a][0].total_cmp(&at[*b][0]));
+        let largest = radius.iter().copied().fold(0.0, f64::max);
+        let mut pairs = Vec::new();
+        for (here, a) in order.iter().enumerate() {
+            let reach = at[*a][0] + radius[*a] + largest + gap;
+            let beyond = order[here + 1..].iter().take_while(|b| at[**b][0] <= reach);
+            for b in beyond {
+                let reach = radius[*a] + radius[*b] + gap;
+                if minus(at[*b], at[*a]).iter().all(|way| way.abs() <= reach) {
+                    pairs.push((*a.min(b) as u32, *a.max(b) as u32));
+                }
+            }
+        }
+        pairs.sort_unstable();
+        Near { pairs, at }
+    }
+}
+
+/// Pairs of grains that are not far apart, as long as no grain has gone far.
+#[derive(Clone, Default)]
+pub(super) struct Near {
+    pairs: Vec<Ids>,
+    /// Where they were looked for, m.
+    at: Vec<Vector>,
+}
+
+/// How far apart surfaces may be that are near, over the largest radius.
+const NEAR: f64 = 0.4;
