@@ -13,6 +13,7 @@ mod card;
 mod corpus;
 mod corpus_rules;
 mod generate;
+mod in_space;
 mod itself;
 
 mod emulated;

@@ -10,7 +10,7 @@ use crate::checks::Outcome;
 use crate::run::folder::{Moment, RunFolder};
 use grains::measure::HistoryRow;
 use grains::scene::Scene;
-use grains::tables::{Bodies, Contact, Stage};
+use grains::tables::{Across, Bodies, Contact, Stage};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableBits {
@@ -92,6 +92,9 @@ pub fn tables(a: &RunFolder, b: &RunFolder) -> Vec<TableBits> {
         tables.push(bodies(&format!("{when} grains"), &a.bodies, &b.bodies));
         let table = format!("{when} contacts");
         tables.push(contacts(&table, &a.contacts, &b.contacts));
+        if !a.across.is_empty() || !b.across.is_empty() {
+            tables.push(across(&format!("{table} across"), &a.across, &b.across));
+        }
     };
     if let (Some(a), Some(b)) = (&a.settled, &b.settled) {
         moment("settled", a, b);
@@ -115,6 +118,29 @@ fn sizes(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
         ]
     }
     columns(table, &of(a), &of(b))
+}
+
+/// What contacts in space have besides.
+fn across(table: &str, a: &[Across], b: &[Across]) -> TableBits {
+    type Number = fn(&Across) -> f64;
+    let numbers: [(&str, Number); 5] = [
+        ("ny", |contact| contact.normal),
+        ("y", |contact| contact.point),
+        ("ft x", |contact| contact.tangential[0]),
+        ("ft y", |contact| contact.tangential[1]),
+        ("ft z", |contact| contact.tangential[2]),
+    ];
+    let of =
+        |all: &[Across]| numbers.map(|(_, number)| all.iter().map(number).collect::<Vec<f64>>());
+    let [a, b] = [of(a), of(b)];
+    let named = |at: usize, column| (numbers[at].0, column);
+    let [a, b] = [&a, &b].map(|all| {
+        let columns = all.iter().enumerate();
+        columns
+            .map(|(at, column)| named(at, &column[..]))
+            .collect::<Vec<Column<'_>>>()
+    });
+    columns(table, &a, &b)
 }
 
 type Column<'a> = (&'static str, &'a [f64]);

@@ -187,7 +187,11 @@ impl Conformance {
             true => format!(" Of a small bed {LONG} steps were looked at, each of them."),
             false => String::new(),
         };
-        first_steps::with_verdict(self.verdict(), &(said + &more))
+        let space = match self.engine.has(Part::Space) {
+            true => " It says that it has spheres in space, of which nothing is judged.",
+            false => "",
+        };
+        first_steps::with_verdict(self.verdict(), &(said + &more + space))
     }
 }
 

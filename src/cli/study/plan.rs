@@ -11,7 +11,7 @@ use crate::engine::named::Named;
 use crate::engine::{Engine, Part};
 use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
-use crate::run::folder::read_scene;
+use crate::run::folder::read_planar_scene;
 use crate::study::campaign::Campaign;
 use crate::study::folder::StudyFolder;
 use crate::study::plan::Program;
@@ -349,7 +349,7 @@ impl Place {
 
 impl CampaignArguments {
     fn execute(self) -> Result<u8, Error> {
-        let scene = read_scene(&self.scene)?;
+        let scene = read_planar_scene(&self.scene)?;
         let is_native = self.engine == Named::Native;
         if !is_native && self.reduced_stiffness {
             let why = "--reduced-stiffness is of the native engine";
