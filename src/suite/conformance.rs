@@ -698,9 +698,20 @@ fn judge_punch(job: &Job, theirs: &Story, native: &Story) -> Result<(), String> 
                 found.centre, wanted.centre
             ));
         }
+        // Rounding of overlaps, times a stiffness: of coordinates in single precision k_n = 2ER.
+        let least = match job.single {
+            true => {
+                let length = f64::from(f32::EPSILON) * wanted.centre[1].abs();
+                let (modulus, size) = (
+                    job.scene.material.youngs_modulus,
+                    job.scene.particles.mean_diameter,
+                );
+                FLOAT_OVERLAPS * length * modulus * size / rounding(true)
+            }
+            false => 1.0,
+        };
         let (found, wanted) = (found.force, wanted.force);
-        // Rounding of overlaps, times a stiffness.
-        if !job.nearly(found, wanted, wanted.abs().max(1.0)) {
+        if !job.nearly(found, wanted, wanted.abs().max(least)) {
             return Err(format!(
                 "step {step}: the force on the punch is {found:e} N and should be {wanted:e} N: what grains push it up with, \
                  positive upwards"
@@ -710,6 +721,8 @@ fn judge_punch(job: &Job, theirs: &Story, native: &Story) -> Result<(), String> 
     Ok(())
 }
 
+/// An overlap is a difference of so many rounded lengths.
+const FLOAT_OVERLAPS: f64 = 4.0;
 /// In a bed after some hundred steps rounding has grown by so much.
 const GROWN: f64 = 1.0e3;
 
