@@ -400,8 +400,8 @@ impl Envelope {
             let is_off = |at: &usize| {
                 of_contacts.clone().any(|index| {
                     let most = FACTOR * reach[index][SHARES.len() - 1];
-                    // A number that is none is off too.
-                    !(apart.numbers[index][*at] <= most)
+                    let apart = apart.numbers[index][*at];
+                    apart.is_nan() || apart > most
                 })
             };
             let off = (0..apart.pairs.len()).filter(is_off);
