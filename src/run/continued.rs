@@ -265,11 +265,7 @@ impl Continuing {
             |snapshot: &&Snapshot| double.wide_from.is_none_or(|step| snapshot.step < step);
         let to = match ratio(&double) > FACTOR {
             true => to,
-            false => moments
-                .iter()
-                .filter(narrow)
-                .last()
-                .map_or(from, |last| last.step),
+            false => moments.iter().rfind(narrow).map_or(from, |last| last.step),
         };
         if to == from {
             return;
