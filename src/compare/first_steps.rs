@@ -18,7 +18,7 @@ use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
 use verdict::invariance;
 use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
-use verdict::starts::{Bed, RATIOS, RESTITUTIONS, State};
+use verdict::starts::{ANGLES, Bed, RATIOS, RESTITUTIONS, State};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -366,8 +366,9 @@ fn in_a_sentence(cause: &Cause) -> String {
 pub fn answer(judgement: &Judgement) -> String {
     let later = match judgement.verdict() {
         Verdict::Identical | Verdict::EqualToRounding => format!(
-            " What begins after step {STEPS_OF_EXCERPT} of a job, in larger beds, with a grain's centre inside the punch, or with k_s/k_n outside {} \
-             to {} or e_n outside {} to {}, would not have been seen here.",
+            " What begins after step {STEPS_OF_EXCERPT} of a job, in larger beds, with a grain's centre inside the punch, with φ above {} rad, \
+             k_s/k_n outside {} to {} or e_n outside {} to {} would not have been seen here.",
+            ANGLES[ANGLES.len() - 1],
             RATIOS[0],
             RATIOS[RATIOS.len() - 1],
             RESTITUTIONS[0],

@@ -222,7 +222,8 @@ const RISING: u64 = 100;
 /// States and excerpts of drawn laws.
 const DRAWN: u64 = 24;
 const DRAWN_EXCERPTS: u64 = 6;
-/// k_s/k_n and e_n of drawn laws, the smallest first and the largest last.
+/// φ, rad, k_s/k_n and e_n of drawn laws, the smallest first and the largest last.
+pub const ANGLES: [f64; 4] = [0.0, 0.1, 0.5, 1.0];
 pub const RATIOS: [f64; 4] = [0.05, 0.5, 1.0, 2.5];
 pub const RESTITUTIONS: [f64; 3] = [0.1, 0.4, 0.9];
 /// Time step of drawn laws over √(m/k).
@@ -630,7 +631,7 @@ fn drawn_material(source: &mut Source, material: &Material) -> Material {
     let aside = [None, None, Some(0.0), Some(0.3), Some(1.1)];
     Material {
         youngs_modulus: material.youngs_modulus * drawn(source, [0.5, 1.0]),
-        friction_angle: drawn(source, [0.0, 0.1, 0.5, 1.0]),
+        friction_angle: drawn(source, ANGLES),
         wall_friction_angle: drawn(source, aside),
         punch_friction_angle: drawn(source, aside),
         stiffness_ratio: drawn(source, RATIOS),
