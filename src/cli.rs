@@ -278,7 +278,7 @@ mod tests {
             assert_eq!(flags.count(), if is_judge { 3 } else { 0 }, "{name}");
             judges += usize::from(is_judge);
         }
-        assert_eq!(judges, 17);
+        assert_eq!(judges, 18);
     }
 
     #[test]

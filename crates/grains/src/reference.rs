@@ -191,8 +191,17 @@ impl Reference {
     fn look(&mut self) {
         let dt = std::mem::replace(&mut self.constants.dt, 0.0);
         let tangents = std::mem::replace(&mut self.tangents, [f64::INFINITY; 3]);
+        self.pair_again();
         self.forces();
         (self.constants.dt, self.tangents) = (dt, tangents);
+        self.pair_again();
+    }
+
+    /// Works out what pairs keep of the constants.
+    fn pair_again(&mut self) {
+        for at in 0..self.memories.len() {
+            self.memories[at].pair = self.pair(self.memories[at].ids);
+        }
     }
 
     /// The same grains where they are told to be instead, by an engine with errors of its own.
@@ -302,9 +311,7 @@ impl Reference {
         let law = &self.constants.law;
         self.tangents = law.friction_angles().map(f64::tan);
         self.constants.rules = law.resolved(self.constants.rules);
-        for at in 0..self.memories.len() {
-            self.memories[at].pair = self.pair(self.memories[at].ids);
-        }
+        self.pair_again();
     }
 
     fn rules(&self) -> &Rules {
