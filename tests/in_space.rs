@@ -26,7 +26,7 @@ fn what_judges_the_plane_alone_refuses_scenes_in_space() {
 }
 
 #[test]
-fn runs_in_space_agree_by_their_bits_alone_and_every_number_of_contacts_counts() {
+fn runs_in_space_agree_by_their_bits_contacts_across_included() {
     let folder = &folder_in_space();
     for (out, more) in [("a", ""), ("b", ""), ("c", " --perturb stiffness=1e-12")] {
         let run = format!("run scene.json --engine native --steps 1500 --quiet --out {out}{more}");

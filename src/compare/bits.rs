@@ -306,7 +306,7 @@ fn walk(place: &str, a: &Value, b: &Value, keys: &mut Vec<String>) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Column, columns, contacts, ulps_between};
+    use super::{Across, Column, across, columns, contacts, ulps_between};
     use grains::tables::Contact;
 
     #[test]
@@ -352,5 +352,28 @@ mod tests {
         assert_eq!(ulps_between(0.0, -0.0), 0);
         // One step up from zero and one down.
         assert_eq!(ulps_between(f64::from_bits(1), -f64::from_bits(1)), 2);
+    }
+
+    #[test]
+    fn every_number_that_contacts_have_in_space_counts() {
+        let one = Across {
+            normal: 0.1,
+            point: 0.2,
+            tangential: [0.3, 0.4, 0.5],
+        };
+        let change: [fn(&mut Across); 5] = [
+            |of| of.normal = 1.0,
+            |of| of.point = 1.0,
+            |of| of.tangential[0] = 1.0,
+            |of| of.tangential[1] = 1.0,
+            |of| of.tangential[2] = 1.0,
+        ];
+        assert_eq!(across("contacts", &[one], &[one]).differing, 0);
+        for change in change {
+            let mut other = one;
+            change(&mut other);
+            assert_eq!(across("contacts", &[one], &[other]).differing, 1);
+        }
+        assert_eq!(across("contacts", &[one], &[]).differing, 5);
     }
 }

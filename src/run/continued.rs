@@ -292,3 +292,45 @@ impl Continuing {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Continuing, Rules, Snapshot, Stage};
+    use grains::scene::paper_scene;
+    use grains::tables::Bodies;
+
+    /// One grain of 1 kg with this kinetic energy, J.
+    fn moment(step: u64, energy: f64) -> Snapshot {
+        let mut bodies = Bodies::default();
+        bodies.push([0.5, 0.5], [(2.0 * energy).sqrt(), 0.0], 0.005, 1.0);
+        Snapshot {
+            stage: Stage::Settle,
+            step,
+            time: 0.0,
+            bodies,
+            contacts: Vec::new(),
+            across: Vec::new(),
+            memory: Vec::new(),
+            punch: None,
+        }
+    }
+
+    #[test]
+    fn the_rule_of_settling_is_judged_by_its_looks_and_not_by_moments_between_them() {
+        let scene = paper_scene(1, 5);
+        let (check, history) = (scene.settle.check_every, scene.measurement.history_every);
+        assert!(check.is_multiple_of(history) && check > 2 * history);
+        let missed = |left: f64| {
+            let mut continuing = Continuing::new(&scene, Rules::default());
+            // The liveliest moment, and two moments after it, are before the first look.
+            continuing.before_peak = Some(moment(0, 5.0));
+            continuing.told = vec![(check, 1.0), (2 * check, left)];
+            continuing.last = [moment(2 * check - history, left), moment(2 * check, left)].into();
+            continuing.settled_before().map(|missed| missed.found)
+        };
+        let share = scene.settle.kinetic_energy_fraction;
+        assert_eq!(missed(0.5 * share), None);
+        let found = missed(2.0 * share).expect("it does not hold");
+        assert!(found.contains("does not hold at step 2000"), "{found}");
+    }
+}

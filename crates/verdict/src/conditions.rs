@@ -279,3 +279,46 @@ pub(crate) fn of_grains(case: &Case, own: &Snapshot, wrong: &[usize]) -> Option<
         "grains are wrong where {split}: all {count} of these and none of the other {others}"
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Properties;
+
+    fn properties(count: usize) -> Properties {
+        let mut properties = Properties::default();
+        let of = |property: &dyn Fn(usize) -> bool| (0..count).map(property).collect::<Vec<bool>>();
+        properties.add_both(["they slide", "they stick"], of(&|at| at % 3 == 0));
+        properties.add("they are at wall 1", of(&|at| at % 20 == 0));
+        properties.numbers = vec![("their x, m,", (0..count).map(|at| at as f64).collect())];
+        properties
+    }
+
+    fn split(count: usize, wrong: &dyn Fn(usize) -> bool) -> Option<String> {
+        let wrong: Vec<bool> = (0..count).map(wrong).collect();
+        properties(count).split(&wrong)
+    }
+
+    #[test]
+    fn a_clean_split_is_told_and_no_other() {
+        assert_eq!(
+            split(200, &|at| at % 20 == 0).as_deref(),
+            Some("they are at wall 1")
+        );
+        let both = "they slide and they are at wall 1";
+        assert_eq!(split(200, &|at| at % 60 == 0).as_deref(), Some(both));
+        let above = "their x, m, is 1.9500e2 or more";
+        assert_eq!(split(200, &|at| at >= 195).as_deref(), Some(above));
+        let among = "they slide and their x, m, is 1.8000e2 or more";
+        assert_eq!(
+            split(200, &|at| at >= 180 && at % 3 == 0).as_deref(),
+            Some(among)
+        );
+        assert_eq!(split(200, &|at| at % 7 == 0), None);
+    }
+
+    #[test]
+    fn what_may_be_chance_is_not_told() {
+        assert_eq!(split(200, &|at| at == 199), None);
+        assert_eq!(split(6, &|at| at >= 4), None);
+    }
+}
