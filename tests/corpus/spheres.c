@@ -318,7 +318,7 @@ static real gravity[6], alpha, dt, mean_radius, middle;
 static Material *materials; /* the first one is that of the law */
 static double wall_friction, punch_friction; /* below 0: none of their own */
 static local damping_constant, damping_ratio, shear_ratio, surface_energy, bending_stiffness, twisting_stiffness, rolling_limit;
-static bool friction, hertz, dashpots, clipped, corrected, half_overlap, whole_step, rolling;
+static bool friction, rotates, hertz, dashpots, clipped, corrected, half_overlap, whole_step, rolling;
 
 /* ---- where bodies touch ---- */
 
@@ -580,7 +580,7 @@ static void act(Contact *of, const Contact *old)
     if (fault.dashpot_whole_velocity) of->force = minus(of->force, times(c_n, minus(velocity, times(dot(n, velocity), n))));
 
     /* Torques: of the force on both, then of rolling and twisting. */
-    if (!spins) return;
+    if (!rotates) return;
     const bool half = half_overlap != (fault.torque_arms == 4);
     const V lever1 = half ? times(r1 - (local)0.5 * u, n) : arm1, lever2 = half ? times(-(r2 - (local)0.5 * u), n) : arm2;
     const bool whole = fault.torque_arms == 1 || (fault.torque_arms == 2 && flat);
@@ -790,7 +790,7 @@ static void finish_kick(void)
 #ifdef VERLET
     for (int id = 0; id < count; id++) {
         accelerate(&grains[id]);
-        for (int c = 0; c < (spins ? 6 : 3); c++) grains[id].v[c] += dt / 2 * grains[id].acceleration[c];
+        for (int c = 0; c < (rotates ? 6 : 3); c++) grains[id].v[c] += dt / 2 * grains[id].acceleration[c];
     }
 #endif
 }
@@ -807,7 +807,7 @@ static void step_once(void)
 #ifndef VERLET
         accelerate(of);
 #endif
-        for (int c = 0; c < (spins && !fault.spin_blocked ? 6 : 3); c++) {
+        for (int c = 0; c < (rotates && !fault.spin_blocked ? 6 : 3); c++) {
             if (fault.drift_late && c < 3) of->x[c] += dt * of->v[c];
             if (c < 3 ? fault.velocity_axis && c == AXIS(fault.velocity_axis) : fault.spin_axis && c - 3 == AXIS(fault.spin_axis)) continue;
 #ifdef VERLET
@@ -828,7 +828,7 @@ static void step_once(void)
 static real half_step_velocity(Grain *of, int c)
 {
 #ifdef VERLET
-    return of->v[c] - (spins || c < 3 ? dt / 2 * of->acceleration[c] : 0);
+    return of->v[c] - (rotates || c < 3 ? dt / 2 * of->acceleration[c] : 0);
 #else
     if (fault.written_velocity) {
         accelerate(of);
@@ -937,6 +937,7 @@ static void read_model(const char *model)
     wall_friction = number_or(law, "wall_friction_angle", -1);
     punch_friction = number_or(law, "punch_friction_angle", -1);
     friction = materials[0].friction > 0 || wall_friction > 0 || punch_friction > 0;
+    rotates = spins && friction && is(contact, "rotation", "free");
     corrected = is(contact, "slip_velocity", "ratcheting_corrected");
     half_overlap = is(contact, "torque_arms", "half_overlap");
     whole_step = is(contact, "new_contact_slip", "whole_step");
@@ -951,7 +952,7 @@ static void read_model(const char *model)
     clipped = clipped != (fault.clipping != 0);
     surface_energy = number_or(contact, "adhesion", 0) * TIME * TIME / MASS;
     const char *moments = given(contact, "rolling");
-    rolling = moments && spins;
+    rolling = moments && rotates;
     if (moments) {
         const double unit = TIME * TIME / (MASS * LENGTH * LENGTH);
         bending_stiffness = number(moments, "bending_stiffness") * fault.bending * unit;
@@ -1231,9 +1232,9 @@ static long run_scene(const char *job)
     long step, steps = 0;
     bool as_given = true;
     if (!strcmp(stage, "settle")) {
-        run_stage(job, stage, start, until, true, &step);
+        const char *stop = run_stage(job, stage, start, until, true, &step);
         steps = step - start;
-        if (until >= 0 || ends_settled) return steps;
+        if (ends_settled || strcmp(stop, "settled")) return steps;
         as_given = false;
     }
     /* The punch that is lowered now bears no force yet. */
