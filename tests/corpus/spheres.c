@@ -134,7 +134,6 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(table_first)         /* forces on the first body are written */                                                  \
     X(table_spring)        /* fn is the spring's */                                                                    \
     X(table_missing)       /* 1: of front and back; 2: the last one; 3: where the force is nothing or pulls */          \
-    X(table_extra)         /* contacts that are about to close */                                                      \
     X(table_order)         /* 1: backwards; 2: higher id first; 3: front and back exchanged */                         \
     X(table_wall_point)    /* half an overlap above the wall */                                                        \
     X(table_overlap)       /* half of it */                                                                            \
