@@ -293,7 +293,7 @@ typedef struct {
 typedef struct {
     int first, second;
     bool inside_punch;
-    V normal, point, shear, bending, twisting, force, tangent, torques[2];
+    V normal, point, shear, bending, twisting, force, tangent, torques[2], moment;
     local overlap, spring, apart;
 } Contact;
 
@@ -482,16 +482,16 @@ static local tan_phi(const Contact *of, const Material *a, const Material *b)
     return tan_of(angle);
 }
 
-static V cut(V vector, local limit)
+/* No longer than the limit, of which the square is given too; whether it was longer. */
+static bool cut(V *vector, local limit, local squared)
 {
-    if (fault.coulomb == 1) return vector;
-    if (fault.coulomb == 2) {
+    const local length = dot(*vector, *vector);
+    if (fault.coulomb == 2)
         for (int axis = 0; axis < 3; axis++)
-            if (fabs(vector.of[axis]) > limit) vector.of[axis] = copysign(limit, vector.of[axis]);
-        return vector;
-    }
-    const local length = size(vector);
-    return length > limit ? times(OVER(limit, length), vector) : vector;
+            if (fabs(vector->of[axis]) > limit) vector->of[axis] = copysign(limit, vector->of[axis]);
+    if (fault.coulomb == 1 || fault.coulomb == 2 || !(length > squared)) return false;
+    *vector = times(OVER(limit, sqrt(length)), *vector);
+    return true;
 }
 
 /* What the contact does in this step; `old` is the same contact a step before, if it was there. */
@@ -539,53 +539,58 @@ static void act(Contact *of, const Contact *old)
         c_n = factor * damping_ratio * sqrt(mass * (fault.spring_secant && hertz ? spring / u : k_n)) * (local)fault.c_n;
         if (hertz) c_s = factor * shear_ratio * sqrt(mass * (fault.shear_dashpot == 3 ? k_n : k_s)) * (local)fault.c_s;
     }
-    const local viscous = c_n * braked;
-    local pressure = elastic - viscous;
-    if (pull != 0) {
-        if (clipped && pressure < 0 && fabs(viscous) > pull) pressure = viscous > 0 ? elastic - pull : elastic + pull;
-    } else if (dashpots && clipped && pressure < 0) pressure = 0;
+    V normal = times(elastic, n);
+    if (dashpots && !hertz) {
+        const local both = elastic - c_n * braked;
+        normal = times(both < 0 && clipped ? 0 : both, n);
+    } else if (dashpots) {
+        const V viscous = times(c_n, times(braked, n)), both = minus(normal, viscous);
+        if (!clipped || dot(both, n) >= 0) normal = both;
+        else if (pull == 0) normal = (V){{0}};
+        else normal = size(viscous) > pull ? minus(normal, times(pull, over(viscous, size(viscous)))) : both;
+    }
+    const local pressure = size(normal);
 
     /* Along the tangent. */
     V kept = {{0}}, sideways = {{0}};
     const bool remembers = old && !fault.history_reset && !(flat && fault.history_at_walls);
     if (friction) {
-        const local way = -dot(n, relative) * (local)dt;
-        local share = old || whole_step || way <= u ? 1 : OVER(u, way);
-        if (!old && fault.new_contact) share = fault.new_contact == 1 ? 0 : share / 2;
-        V added = times(k_s, times(share, times(dt, slip)));
+        const local approach = -dot(n, relative);
+        local time = dt;
+        if (!old && !whole_step && approach * time > u) time = OVER(u, approach);
+        if (!old && fault.new_contact) time = fault.new_contact == 1 ? 0 : time / 2;
+        V added = hertz || !dashpots ? times(k_s, times(time, slip)) : times(k_s * time, slip);
         if (remembers) kept = old->shear;
         if (remembers && fault.history_displacement && hertz) kept = times(root(u) / root(old->overlap), kept);
         if (fault.history_turned_late) kept = minus(kept, added), added = (V){{0}};
         if (remembers && !fault.history_not_turned) kept = turned(kept, old->normal, n, spin1, spin2);
         kept = minus(kept, added);
-        const local normal = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? fabs(pressure) : fabs(pressure) + pull;
-        const local limit = normal * tan_phi(of, a, b);
-        const V dashpot = times(fault.shear_dashpot == 1 ? 0 : c_s, slip);
-        if (fault.shear_dashpot == 2) {
-            sideways = cut(minus(kept, dashpot), limit);
-            kept = cut(kept, limit);
-        } else {
-            sideways = cut(kept, limit);
-            const bool slides = size(kept) > limit;
-            if (fault.history_sliding != 2) kept = sideways;
-            if (slides && fault.history_sliding == 1) kept = (V){{0}};
-            if (c_s != 0 && (!slides || fault.shear_dashpot == 4)) sideways = minus(sideways, dashpot);
-        }
+        const local tangent = tan_phi(of, a, b), force = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? pressure : pressure + pull;
+        local limit = force * tangent, squared = limit * limit;
+        if (!hertz && fault.coulomb != 3) squared = dot(normal, normal) * (tangent * tangent), limit = sqrt(squared);
+        const V dashpot = times(fault.shear_dashpot == 1 ? 0 : c_s, over(times(dt, slip), dt));
+        const V uncut = kept;
+        sideways = fault.shear_dashpot == 2 ? minus(kept, dashpot) : kept;
+        cut(&sideways, limit, squared);
+        const bool slides = cut(&kept, limit, squared);
+        if (c_s != 0 && fault.shear_dashpot != 2 && (!slides || fault.shear_dashpot == 4)) sideways = minus(sideways, dashpot);
+        if (slides && fault.history_sliding) kept = fault.history_sliding == 1 ? (V){{0}} : uncut;
     }
     of->shear = kept;
     of->spring = elastic;
-    of->force = plus(times(pressure, n), sideways);
+    of->force = plus(normal, sideways);
     of->tangent = minus(of->force, times(dot(of->force, n), n));
     if (fault.dashpot_whole_velocity) of->force = minus(of->force, times(c_n, minus(velocity, times(dot(n, velocity), n))));
 
     /* Torques: of the force on both, then of rolling and twisting. */
     if (!rotates) return;
     const bool half = half_overlap != (fault.torque_arms == 4);
-    const V lever1 = half ? times(r1 - (local)0.5 * u, n) : arm1, lever2 = half ? times(-(r2 - (local)0.5 * u), n) : arm2;
-    const bool whole = fault.torque_arms == 1 || (fault.torque_arms == 2 && flat);
-    const local arm = fault.torque_arms == 3 ? r2 - u : r2;
-    of->torques[0] = cross(whole ? times(r1, n) : lever1, times(-1, of->force));
-    of->torques[1] = cross(whole || fault.torque_arms == 3 ? times(-arm, n) : lever2, of->force);
+    const bool whole = fault.torque_arms == 1 || (fault.torque_arms == 2 && flat), short_arm = fault.torque_arms == 3;
+    const local less = whole ? 0 : short_arm ? u : (local)0.5 * u;
+    const V opposite = times(-1, of->force), around = cross(n, opposite);
+    const bool straight = half || whole || short_arm;
+    of->torques[0] = straight ? times(r1 - less, around) : cross(arm1, opposite);
+    of->torques[1] = straight ? times(r2 - less, around) : cross(arm2, of->force);
     if (fault.torque_other == 1) of->torques[1] = times(-1, of->torques[1]);
     if (fault.torque_other == 2 || (flat && fault.torque_other == 3)) of->torques[1] = (V){{0}};
     if (fault.cross_sign) of->torques[1].of[AXIS(fault.cross_sign)] *= -1;
@@ -602,7 +607,7 @@ static void act(Contact *of, const Contact *old)
     twisting = minus(twisting, times(fault.twist == 5 ? -stiff : stiff, times(dt, about)));
     local radius = (r1 + r2) / 2;
     if (fault.rolling_radius) radius = fault.rolling_radius == 1 ? k.radius : fault.rolling_radius == 2 ? r1 + r2 : r1;
-    const local most = fabs(fault.rolling_cap == 3 ? spring : pressure) * rolling_limit * radius;
+    const local most = fabs(fault.rolling_cap == 3 ? spring : pressure) * (rolling_limit * radius);
     const V uncut = bending;
     if (rolling_limit > 0 && fault.rolling_cap != 1 && pressure != 0 && size(bending) > most)
         bending = times(OVER(most, size(bending)), bending);
@@ -612,8 +617,7 @@ static void act(Contact *of, const Contact *old)
     V moment = fault.twist == 1 ? bending : plus(bending, twisting);
     if (rolling_limit > 0 && fault.rolling_cap == 2 && size(moment) > most) moment = times(OVER(most, size(moment)), moment);
     if (fault.rolling == 2) moment = times(-1, moment);
-    if (fault.rolling != 3) of->torques[0] = minus(of->torques[0], moment);
-    of->torques[1] = plus(of->torques[1], moment);
+    of->moment = moment;
 }
 
 /* ---- sums ---- */
@@ -671,6 +675,8 @@ static void sum_forces(void)
         const local times = twice ? 2 : 1;
         if (pair && fault.third_law != 1) add(of->first, -times, of->force, of->torques[0]);
         add(of->second, times, of->force, of->torques[1]);
+        if (rolling && pair && fault.rolling != 3) add(of->first, 0, of->moment, minus((V){{0}}, of->moment));
+        if (rolling) add(of->second, 0, of->moment, of->moment);
         if (of->first == count + wall_count) punch.force -= of->force.of[Z];
     }
 #ifdef PAIRWISE
