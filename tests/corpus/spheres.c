@@ -1,6 +1,7 @@
-/* A discrete-element engine of its own for spheres in space, with switches: right and wrong engines on which verdicts are tested.
+/* A discrete-element engine of its own for spheres in space, with switches: right and wrong ones on which verdicts are tested.
  *
- * It was written from docs/engine-protocol.md and docs/determinism.md and shares no code with the native engine.
+ * It was written from the documents and shares no code with the native engine. Compiled plainly it does the same operations in
+ * the same order, but for contacts that get the slip since their touch.
  *
  *     cc -std=c11 -O2 spheres.c -lm -o spheres
  *     spheres describe | spheres run FOLDER
@@ -113,7 +114,8 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(adhesion_push)                                                                                                   \
     X(torque_arms)         /* 1: R; 2: R at walls; 3: R-u; 4: the other way */                                         \
     X(torque_other)        /* 1: other sign on the second; 2: none on the second; 3: none at walls; 4: of the whole */  \
-    X(torque_axis) X(force_axis) X(spin_axis) X(velocity_axis) X(damping_axis) /* left out */          \
+    X(torque_axis) X(force_axis) X(velocity_axis) X(damping_axis) /* left out */                                       \
+    X(spin_axis)           /* left out of velocities at contacts */          \
     X(cross_sign)          /* of this component of torques */                                                          \
     X(gravity_axis)        /* gravity along this axis */                                                               \
     X(damping_off_spin) X(damping_off_gravity) X(damping_together) X(third_law) X(drift_late) X(spin_blocked)          \
@@ -123,7 +125,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(wall_one_sided)      /* normals at walls point along the axis */                                                 \
     X(wall_overlap)        /* of the diameter at the last wall */                                                      \
     X(punch_missing) X(punch_corners) X(punch_short) X(punch_late) X(punch_standing) X(punch_corrected)                \
-    X(material_ignored)    /* 1: all grains have the first; 2: pairs have that of the first grain; 3: walls have the grain's */ \
+    X(material_ignored)    /* 1: all have the first; 2: pairs have the first grain's; 3: walls have the grain's */             \
     X(mass_of_disc)        /* of a cylinder as high as the sphere */                                                   \
     X(inertia_of_disc)     /* 1: half of mR^2; 2: that about y alone */                                                \
     X(pairs_missed)        /* 1: cells beside along y are not searched; 2: one of them; 3: above; 4: far ones along y */ \
@@ -256,7 +258,8 @@ static V of_reals(const real *of) { return (V){{of[0], of[1], of[2]}}; }
 
 static V cross(V a, V b)
 {
-    return (V){{a.of[1] * b.of[2] - a.of[2] * b.of[1], a.of[2] * b.of[0] - a.of[0] * b.of[2], a.of[0] * b.of[1] - a.of[1] * b.of[0]}};
+    const local *p = a.of, *q = b.of;
+    return (V){{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}};
 }
 
 static local size(V a)
@@ -458,7 +461,7 @@ static Stiffness stiffness(const Material *a, const Material *b, local r1, local
     return of;
 }
 
-/* For which dashpot constant over sqrt(m k) twice that is. */
+/* The one in c = 2 beta sqrt(m k). */
 static local effective_mass(const Contact *of)
 {
     const local two = grains[of->second].mass[0];
@@ -505,9 +508,11 @@ static void act(Contact *of, const Contact *old)
     const Material *b = &materials[two->material], *a = &materials[flat ? 0 : one->material];
     if (flat && fault.material_ignored == 3) a = b;
     if (fault.material_ignored == 2) b = a;
-    const V n = of->normal, x2 = of_reals(two->x), v2 = of_reals(two->v), spin2 = of_reals(two->v + 3);
+    V spin1, spin2 = of_reals(two->v + 3);
     if (of_punch && !fault.punch_standing) flat_body.v[Z] = punch.velocity;
-    const V x1 = of_reals(one->x), v1 = of_reals(one->v), spin1 = of_reals(one->v + 3);
+    const V n = of->normal, x1 = of_reals(one->x), x2 = of_reals(two->x), v1 = of_reals(one->v), v2 = of_reals(two->v);
+    spin1 = of_reals(one->v + 3);
+    if (fault.spin_axis) spin1.of[AXIS(fault.spin_axis)] = spin2.of[AXIS(fault.spin_axis)] = 0;
     const Stiffness k = stiffness(a, b, r1, r2, flat);
     const local scale = (local)(fault.k_n * (flat ? of_punch ? fault.k_n_punch : fault.k_n_wall : fault.k_n_grain));
 
@@ -530,8 +535,9 @@ static void act(Contact *of, const Contact *old)
     const local k_n = hertz ? ((local)1.5 * k.normal * scale) * root(u) : k.normal * scale;
     const local k_s = (hertz ? k.shear * root(fault.shear_secant ? (local)0.01 * r2 : u) : k.shear) * (local)fault.k_s;
     local pull_radius = k.radius, pull = 0, spring = hertz ? k.normal * scale * root_cubed(u) : k_n * u;
-    if (fault.adhesion_radius) pull_radius = fault.adhesion_radius == 1 ? r1 + r2 : fault.adhesion_radius == 2 ? fmin(r1, r2) : (r1 + r2) / 2;
-    if (fault.adhesion_missing != (flat ? 1 : 2)) pull = 4 * acos((local)-1) * pull_radius * surface_energy * (local)fault.adhesion;
+    if (fault.adhesion_radius) pull_radius = fault.adhesion_radius == 2 ? fmin(r1, r2) : r1 + r2;
+    if (fault.adhesion_radius == 3) pull_radius /= 2;
+    if (fault.adhesion_missing != (flat ? 1 : 2)) pull = 4 * acos((local)-1) * pull_radius * surface_energy;
     const local elastic = fault.adhesion_push ? spring + pull : spring - pull, mass = effective_mass(of);
     const local factor = fault.dashpot_half ? 1 : 2, braked = dot(n, fault.dashpot_corrected ? relative : velocity);
     local c_n = damping_constant, c_s = 0;
@@ -565,7 +571,8 @@ static void act(Contact *of, const Contact *old)
         if (fault.history_turned_late) kept = minus(kept, added), added = (V){{0}};
         if (remembers && !fault.history_not_turned) kept = turned(kept, old->normal, n, spin1, spin2);
         kept = minus(kept, added);
-        const local tangent = tan_phi(of, a, b), force = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? pressure : pressure + pull;
+        const local tangent = tan_phi(of, a, b);
+        const local force = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? pressure : pressure + pull;
         local limit = force * tangent, squared = limit * limit;
         if (!hertz && fault.coulomb != 3) squared = dot(normal, normal) * (tangent * tangent), limit = sqrt(squared);
         const V dashpot = times(fault.shear_dashpot == 1 ? 0 : c_s, over(times(dt, slip), dt));
@@ -637,7 +644,8 @@ static void add(int id, local times, V force, V torque)
     Grain *of = &grains[id];
     for (int c = 0; c < 6; c++) {
         local load = c < 3 ? times * force.of[c] : torque.of[c - 3];
-        if ((c < 3 ? fault.force_axis : fault.torque_axis) && c % 3 == AXIS(c < 3 ? fault.force_axis : fault.torque_axis)) load = 0;
+        const double left_out = c < 3 ? fault.force_axis : fault.torque_axis;
+        if (left_out && c % 3 == AXIS(left_out)) load = 0;
 #ifdef PAIRWISE
         if (collected[id].count == MOST) fail("a grain with more than %d contacts", MOST);
         collected[id].of[c][collected[id].count] = load;
@@ -814,7 +822,7 @@ static void step_once(void)
 #endif
         for (int c = 0; c < (rotates && !fault.spin_blocked ? 6 : 3); c++) {
             if (fault.drift_late && c < 3) of->x[c] += dt * of->v[c];
-            if (c < 3 ? fault.velocity_axis && c == AXIS(fault.velocity_axis) : fault.spin_axis && c - 3 == AXIS(fault.spin_axis)) continue;
+            if (fault.velocity_axis && c == AXIS(fault.velocity_axis)) continue;
 #ifdef VERLET
             of->v[c] += kick / 2 * of->acceleration[c];
 #else
@@ -879,7 +887,8 @@ static char *read_all(const char *folder, const char *name)
 /* The damping ratio of a Hertz contact: without a pull that of Thornton and others (2013, B6). */
 static double ratio_of_hertz(double e)
 {
-    static const double h[] = {-6.918798, -16.41105, 146.8049, -796.4559, 2928.711, -7206.864, 11494.29, -11342.18, 6276.757, -1489.915};
+    static const double h[] = {-6.918798, -16.41105, 146.8049, -796.4559, 2928.711, -7206.864, 11494.29, -11342.18, 6276.757,
+        -1489.915};
     double sum = 0;
     if (fault.restitution_formula == 1) return -log(e) / hypot(acos(-1.0), log(e));
     if (fault.restitution_formula == 2) return -log(e) / acos(-1.0);
@@ -955,7 +964,7 @@ static void read_model(const char *model)
     if (along) shear_ratio = is(viscosity, "kind", "restitution") ? ratio_of(atof(along)) : atof(along);
     dashpots = !is(viscosity, "kind", "none");
     clipped = clipped != (fault.clipping != 0);
-    surface_energy = number_or(contact, "adhesion", 0) * TIME * TIME / MASS;
+    surface_energy = number_or(contact, "adhesion", 0) * fault.adhesion * TIME * TIME / MASS;
     const char *moments = given(contact, "rolling");
     rolling = moments && rotates;
     if (moments) {
@@ -982,7 +991,8 @@ static Grain *of_id(int id)
 #endif
 }
 
-static const char *const NAMES[14] = {"x", "z", "vx", "vz", "spin", "y", "vy", "spin_x", "spin_z", "radius", "mass", "inertia", "material", "id"};
+static const char *const NAMES[14] = {"x", "z", "vx", "vz", "spin", "y", "vy", "spin_x", "spin_z", "radius", "mass", "inertia",
+    "material", "id"};
 static int column[14], columns; /* which of them the table of grains has, in its order */
 
 static void read_grains(char *text)
@@ -1040,7 +1050,10 @@ static void read_punch(const char *of)
 /* ---- writing ---- */
 
 static const char *folder_of_tables;
-static FILE *lines, *tables;
+static FILE *lines;
+#ifndef TABLES
+static FILE *tables;
+#endif
 
 static double written(Grain *of, int column, bool as_given)
 {
@@ -1091,8 +1104,9 @@ static Row row_of(const Contact *of)
     const double newton = MASS * LENGTH / (TIME * TIME), across = t.of[Z] * n.of[X] - t.of[X] * n.of[Z];
     const double ft = in_space && !fault.table_tangent_size ? size(t) : across;
     const double fn = fault.table_spring ? of->spring : dot(of->force, of->normal);
-    return (Row){{first, second, of->overlap * LENGTH * (fault.table_overlap ? 0.5 : 1), fn * newton, ft * newton, n.of[X], n.of[Z],
-        point.of[X] * LENGTH, point.of[Z] * LENGTH, n.of[Y], point.of[Y] * LENGTH, t.of[X] * newton, t.of[Y] * newton, t.of[Z] * newton}};
+    const double overlap = of->overlap * LENGTH * (fault.table_overlap ? 0.5 : 1);
+    return (Row){{first, second, overlap, fn * newton, ft * newton, n.of[X], n.of[Z], point.of[X] * LENGTH, point.of[Z] * LENGTH,
+        n.of[Y], point.of[Y] * LENGTH, t.of[X] * newton, t.of[Y] * newton, t.of[Z] * newton}};
 }
 
 /* Sorted by ids; how many. */
@@ -1288,7 +1302,8 @@ static long run(const char *folder)
 
 static void describe(void)
 {
-    puts("{\"protocol\": 1, \"name\": \"spheres\", \"version\": \"1\", \"parts\": [\"normal_spring\", \"tangential_spring\", "
+    puts("{\"protocol\": 1, \"name\": \"spheres\", \"version\": \"1\", "
+         "\"parts\": [\"normal_spring\", \"tangential_spring\", "
          "\"wall_friction\", \"rotation\", \"dashpots\", \"local_damping\", \"stages\", \"space\", \"gravity\", \"walls\", \"punch\", "
          "\"stop_rules\", \"cases\"]}");
 }
