@@ -25,7 +25,7 @@ use crate::files::{FileError, Place, read_text, work_folder};
 use grains::model::Model;
 use grains::native::{self as own, NativeError, Trouble};
 use grains::rules::Rules;
-use grains::scene::Scene;
+use grains::scene::{Scene, Springs};
 use grains::tables::{Bodies, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
@@ -369,7 +369,12 @@ impl Description {
     }
 
     pub fn has(&self, part: Part) -> bool {
-        self.parts.contains(&part)
+        let alone = self.parts.contains(&Part::SpaceAlone);
+        match part {
+            Part::Plane => !alone,
+            Part::Space if alone => true,
+            part => self.parts.contains(&part),
+        }
     }
 
     pub fn label(&self) -> String {
@@ -454,8 +459,20 @@ pub enum Part {
     Timing,
     /// constants of its own for loading
     Stages,
+    /// grains in the plane, which every engine has that does not say space_alone
+    Plane,
     /// spheres in space
     Space,
+    /// spheres in space, and nothing in the plane
+    SpaceAlone,
+    /// springs of Hertz and Mindlin
+    HertzMindlin,
+    /// moments against rolling and twisting
+    Moments,
+    /// adhesion
+    Adhesion,
+    /// grains of several materials
+    Materials,
 }
 
 impl Part {
@@ -486,6 +503,7 @@ pub fn value_name(variant: &impl ValueEnum) -> String {
 
 /// What this model asks for.
 fn of_model(model: &Model) -> Vec<Part> {
+    let contact = &model.law.contact;
     let asked = [
         (Part::NormalSpring, true),
         (Part::TangentialSpring, model.law.has_friction()),
@@ -495,17 +513,24 @@ fn of_model(model: &Model) -> Vec<Part> {
         (Part::LocalDamping, model.alpha != 0.0),
         (Part::Gravity, model.gravity != [0.0; 2]),
         (Part::Walls, !model.walls.is_empty()),
+        (Part::HertzMindlin, contact.springs == Springs::HertzMindlin),
+        (Part::Moments, contact.rolling.is_some()),
+        (Part::Adhesion, contact.adhesion.is_some()),
+        (Part::Materials, !model.law.materials.is_empty()),
     ];
     let asked = asked.into_iter().filter(|(_, asked)| *asked);
     asked.map(|(part, _)| part).collect()
 }
 
+/// Where grains are.
+fn place(in_space: bool) -> Part {
+    if in_space { Part::Space } else { Part::Plane }
+}
+
 /// What a task of this scene asks for and the engine does not have.
 pub fn missing_for_scene(engine: &Description, scene: &Scene, task: &Task) -> Vec<Part> {
     let mut asked = of_model(&Model::of(scene));
-    if scene.in_space() {
-        asked.push(Part::Space);
-    }
+    asked.push(place(scene.in_space()));
     if scene.has_stages() {
         asked.extend(of_model(&Model::in_stage(scene, Stage::Load)));
         asked.push(Part::Stages);
@@ -531,10 +556,7 @@ pub fn lacking_rules(model: Rules, has: Rules) -> Option<String> {
 /// What this case asks for and the engine does not have.
 pub fn missing_for_case(engine: &Description, case: &Case) -> Vec<Part> {
     let mut asked = of_model(&case.model);
-    asked.push(Part::Cases);
-    if case.bodies.in_space() {
-        asked.push(Part::Space);
-    }
+    asked.extend([Part::Cases, place(case.bodies.in_space())]);
     if case.punch.is_some() {
         asked.push(Part::Punch);
     }

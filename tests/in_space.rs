@@ -15,7 +15,6 @@ fn folder_in_space() -> Place {
 fn what_judges_the_plane_alone_refuses_scenes_in_space() {
     let folder = &folder_in_space();
     let commands = [
-        format!("engine check {} --scene scene.json", adapter("toy.py")),
         "reproduce --scene scene.json --out job".to_owned(),
         "study plan campaign scene.json --members 2 --out campaign".to_owned(),
     ];

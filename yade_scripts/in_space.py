@@ -9,7 +9,7 @@ import sys
 from array import array
 
 import model_in_yade
-from model_in_yade import GREY, ModelInYade, friction_angles, read_json
+from model_in_yade import GREY, ModelInYade, read_json
 from yadeimport import *  # noqa: F403
 from yade import utils  # noqa: E402
 
@@ -104,11 +104,14 @@ class ModelInSpace(ModelInYade):
         self.wall_geometry.noRatch = corrected
         if not self.hertz and model_in_yade.dashpot(self.law) is None:
             self.contact_law.sphericalBodies = contact["torque_arms"] == "half_overlap"
-        if len(self.of_grains) == 1 and model_in_yade.dashpot(self.law) is None:
-            # By default the smaller angle of two materials holds.
-            angles = zip(self.materials, friction_angles(self.law))
-            matches = [(self.materials[0].id, other.id, angle) for other, angle in angles]
-            self.physics.frictAngle = MatchMaker(matches=matches)
+        if model_in_yade.dashpot(self.law) is None:
+            # By default the smaller angle of two materials holds; walls and punch may have their own.
+            keys = ("wall_friction_angle", "punch_friction_angle")
+            angles = [(flat, self.law.get(key)) for flat, key in zip(self.materials[1:], keys)]
+            matches = [
+                (grain.id, flat.id, angle) for flat, angle in angles if angle is not None for grain in self.of_grains
+            ]
+            self.physics.frictAngle = MatchMaker(matches=matches, algo="min")
         blocked = "" if self.rotates and contact["rotation"] == "free" else "XYZ"
         for state in self.states:
             state.blockedDOFs = blocked

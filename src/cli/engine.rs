@@ -22,7 +22,7 @@ use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report;
 use crate::report::packing::grains_left;
-use crate::run::folder::read_planar_scene;
+use crate::run::folder::read_scene;
 use crate::suite::card::card;
 use crate::suite::conformance::{conformance, table};
 use crate::workers::asked_to_end;
@@ -204,7 +204,7 @@ pub fn rules() -> String {
             page += &format!("| `{}` | {formula} | {codes} |\n", alternative.key);
         }
     }
-    page
+    page + include_str!("laws_in_space.md")
 }
 
 impl Arguments {
@@ -220,7 +220,7 @@ impl Arguments {
         let task = display.task("engine check");
         let mut beds = match &self.scene {
             Some(path) => {
-                let scene = read_planar_scene(path)?;
+                let scene = read_scene(path)?;
                 task.share(0.0, "native runs the scene");
                 Beds::from(states_of(&scene)?)
             }

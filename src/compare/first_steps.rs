@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use crate::checks::{Check, Outcome};
 use crate::document::{Document, Section, Table};
-use crate::engine::{Description, Engine, EngineError, ProgramError};
+use crate::engine::{Description, Engine, EngineError, Part, ProgramError};
 use crate::files::work_folder;
 use grains::native::NativeError;
 use grains::rules::{CATALOGUE, Choice, Rule};
@@ -18,6 +18,7 @@ use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
 use verdict::invariance;
 use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
+use verdict::spheres;
 use verdict::starts::{ANGLES, Bed, RATIOS, RESTITUTIONS, State};
 
 /// An engine that refuses a bed is asked for one of so many grains.
@@ -40,6 +41,8 @@ pub struct Beds {
     grains: u32,
     dispersion: f64,
     made: [OnceLock<Reference>; 2],
+    /// Spheres in space, unless the beds are a scene's.
+    spheres: Option<OnceLock<Reference>>,
     /// Of a bed from which an engine is held against itself.
     itself: OnceLock<Vec<State>>,
     /// Whether it is in every state, and not in one.
@@ -53,6 +56,7 @@ impl Beds {
             grains,
             dispersion,
             made: Default::default(),
+            spheres: Some(OnceLock::new()),
             itself: OnceLock::new(),
             thorough: false,
         }
@@ -78,35 +82,45 @@ impl From<Reference> for Beds {
             grains: 0,
             dispersion: 0.0,
             made: [OnceLock::from(reference), OnceLock::new()],
+            spheres: None,
             itself: OnceLock::new(),
             thorough: false,
         }
     }
 }
 
-/// Judges the engine from a bed, or from a small one if it refuses so many grains.
+/// Judges the engine from a bed, or from a small one if it refuses so many grains; and in space, if it says that it has spheres there.
 pub fn first_steps(
     engine: &dyn Engine,
     beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
-    let mut from = |bed: &OnceLock<Reference>, grains| -> Result<Judgement, EngineError> {
-        let reference = match bed.get() {
-            Some(known) => known,
-            None => {
-                let made = Reference::new(grains, beds.dispersion, progress)?;
-                bed.get_or_init(|| made)
-            }
+    let mut from =
+        |bed: &OnceLock<Reference>, grains: Option<u32>| -> Result<Judgement, EngineError> {
+            let reference = match bed.get() {
+                Some(known) => known,
+                None => {
+                    let made = match grains {
+                        Some(grains) => Reference::new(grains, beds.dispersion, progress)?,
+                        None => spheres::reference()?,
+                    };
+                    bed.get_or_init(|| made)
+                }
+            };
+            from_bed(reference, engine, progress)
         };
-        from_bed(reference, engine, progress)
-    };
     let [usual, small] = &beds.made;
-    let found = from(usual, beds.grains)?;
+    let mut found = from(usual, Some(beds.grains))?;
     let refused = found.starts.iter().all(|start| start.skipped.is_some());
-    if !refused || beds.grains <= SMALL {
-        return Ok(found);
+    if refused && beds.grains > SMALL {
+        found = from(small, Some(SMALL))?;
     }
-    from(small, SMALL)
+    match &beds.spheres {
+        Some(spheres) if engine.describe()?.has(Part::Space) => {
+            Ok(found.with_spheres(from(spheres, None)?))
+        }
+        _ => Ok(found),
+    }
 }
 
 /// Which rules an engine computes with, whatever it declares; from a small bed if it refuses so many grains.
@@ -299,16 +313,28 @@ fn touched(judgement: &Judgement) -> String {
         .iter()
         .filter(|state| state.farthest.is_some())
         .count();
-    let grains = judgement.grains;
+    let grains = beds_in_words(judgement);
     let unseen = match judgement.unseen.is_empty() {
         true => String::new(),
         false => format!("; of {} they say nothing", judgement.unseen.join(", ")),
     };
     format!(
-        "{states} states of {grains} grains with radii up to {:.2} times the smallest, at most {} at once{unseen}",
+        "{states} states of {grains} with radii up to {:.2} times the smallest, at most {} at once{unseen}",
         judgement.radii,
         counts.join(", ")
     )
+}
+
+/// The beds of which the states are.
+fn beds_in_words(judgement: &Judgement) -> String {
+    let Judgement {
+        grains, spheres, ..
+    } = judgement;
+    match (grains, spheres) {
+        (_, 0) => format!("{grains} grains"),
+        (0, _) => format!("{spheres} spheres in space"),
+        _ => format!("{grains} grains in the plane and of {spheres} spheres in space"),
+    }
 }
 
 fn check(state: &OfStart, id: &str) -> Check {
@@ -507,9 +533,9 @@ pub fn state_table(judgement: &Judgement) -> Table {
 
 pub fn sections(judgement: &Judgement) -> Vec<Section> {
     let about = format!(
-        "A bed of {} grains. The engine computes in {}: it notices changes of {:.1e} of a coordinate, {:.1e} m in overlaps, {:.1e} of a \
+        "A bed of {}. The engine computes in {}: it notices changes of {:.1e} of a coordinate, {:.1e} m in overlaps, {:.1e} of a \
          velocity. Replicas are native runs with such errors in every step; up to {FACTOR} times their distance is rounding.",
-        judgement.grains,
+        beds_in_words(judgement),
         judgement.resolution.name(),
         judgement.resolution.position,
         judgement.resolution.overlap,

@@ -143,7 +143,7 @@ fn case_of(scene: &Scene, name: &str, stage: Stage, bodies: &Bodies, punch: Opti
     if model.law.rotates() {
         can_turn(scene, &mut bodies);
     } else {
-        (bodies.spin, bodies.inertia) = (Vec::new(), Vec::new());
+        bodies.do_not_turn();
     }
     Case {
         name: name.to_owned(),
@@ -180,10 +180,15 @@ pub fn contact_tables(
     let mut decided = (Outcome::Pass, "they follow from the grains".to_owned());
     for (name, stage, moment, punch) in states {
         let case = case_of(&scene_of(run), name, stage, &moment.bodies, punch);
-        let places = moment.bodies.x.iter().chain(&moment.bodies.z);
+        let bodies = &moment.bodies;
+        let places = bodies.x.iter().chain(&bodies.y).chain(&bodies.z);
         let extent = places.fold(0.0, |most: f64, coordinate| most.max(coordinate.abs()));
         let wrong = |resolution: Resolution| {
-            contacts::contradiction(&case, &moment.contacts, resolution.length(extent))
+            let table = contacts::Table {
+                contacts: &moment.contacts,
+                across: &moment.across,
+            };
+            contacts::contradiction(&case, table, resolution.length(extent))
                 .map_err(|error| error.to_string())
         };
         let Some(why) = wrong(measured.unwrap_or(Resolution::DOUBLE))? else {

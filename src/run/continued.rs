@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 
+use grains::model::Model;
 use grains::rules::Rules;
 use grains::scene::Scene;
 use grains::tables::{Snapshot, Stage};
@@ -98,7 +99,10 @@ impl Continuing {
 
     pub fn moment(&mut self, snapshot: &Snapshot) {
         let rises = |last: &Snapshot| last.stage != snapshot.stage || last.step < snapshot.step;
-        if snapshot.bodies.len() > LARGEST || !self.last.back().is_none_or(rises) {
+        // What contacts in space remember is in no table.
+        let law = Model::in_stage(&self.scene, snapshot.stage).law;
+        let is_told = !snapshot.bodies.in_space() || !law.has_history();
+        if snapshot.bodies.len() > LARGEST || !is_told || !self.last.back().is_none_or(rises) {
             return;
         }
         if self

@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::model::{Axis, Model, Wall};
 use crate::native::state::Constants;
-use crate::scene::Viscosity;
+use crate::scene::{Rolling, Springs, Viscosity};
 use crate::tables::{Bodies, Body, Punch};
 use crate::task::Case;
 
@@ -42,7 +42,7 @@ struct Row {
     /// As a fault on the command line; empty where it is none.
     fault: &'static str,
     /// Of constants that a fit cannot tell apart the one with the largest number stays.
-    kept: u8,
+    kept: i8,
     /// Its symbol, and of what it is; empty of what is a fault alone.
     symbol: &'static str,
     counted: Counted,
@@ -60,7 +60,7 @@ const fn fault(fault: &'static str, enlarge: fn(&mut Given, f64)) -> Row {
 }
 
 const fn constant(
-    kept: u8,
+    kept: i8,
     symbol: &'static str,
     place: &'static str,
     enlarge: fn(&mut Given, f64),
@@ -75,7 +75,7 @@ const fn constant(
     }
 }
 
-const fn over_radius(kept: u8, symbol: &'static str, enlarge: fn(&mut Given, f64)) -> Row {
+const fn over_radius(kept: i8, symbol: &'static str, enlarge: fn(&mut Given, f64)) -> Row {
     Row {
         counted: Counted::Radius,
         ..constant(kept, symbol, "model.walls", enlarge)
@@ -83,7 +83,7 @@ const fn over_radius(kept: u8, symbol: &'static str, enlarge: fn(&mut Given, f64
 }
 
 /// Tables of faults and of constants have this order.
-static ROWS: [Row; 26] = [
+static ROWS: [Row; 34] = [
     constant(
         16,
         "k_n between grains",
@@ -220,6 +220,65 @@ static ROWS: [Row; 26] = [
     over_radius(0, "place of wall 0", |given, by| shift(given, 0, by)),
     over_radius(1, "place of wall 1", |given, by| shift(given, 1, by)),
     over_radius(2, "place of wall 2", |given, by| shift(given, 2, by)),
+    over_radius(-1, "place of wall 3", |given, by| shift(given, 3, by)),
+    over_radius(-2, "place of wall 4", |given, by| shift(given, 4, by)),
+    // The dashpots along the tangent of Hertz's springs; those of linear ones have c_n.
+    constant(
+        -3,
+        "c_s",
+        "law.contact.tangential_viscosity, and the damping ratio along the tangent",
+        |given, by| {
+            let has_its_own = given.constants.law.contact.springs == Springs::HertzMindlin;
+            if has_its_own && given.constants.law.has_friction() {
+                given.constants.damping_ratios[1] *= 1.0 + by;
+            }
+        },
+    ),
+    constant(
+        -4,
+        "bending stiffness",
+        "law.contact.rolling.bending_stiffness",
+        |given, by| roll(given, |rolling| rolling.bending_stiffness *= 1.0 + by),
+    ),
+    constant(
+        -5,
+        "twisting stiffness",
+        "law.contact.rolling.twisting_stiffness",
+        |given, by| roll(given, |rolling| rolling.twisting_stiffness *= 1.0 + by),
+    ),
+    constant(
+        -6,
+        "η",
+        "law.contact.rolling.limit: the largest moment |N| η (R1 + R2)/2",
+        |given, by| {
+            roll(given, |rolling| {
+                rolling
+                    .limit
+                    .iter_mut()
+                    .for_each(|limit| *limit *= 1.0 + by);
+            });
+        },
+    ),
+    constant(
+        -7,
+        "γ",
+        "law.contact.adhesion: the pull 4π R* γ",
+        |given, by| {
+            let adhesion = given.constants.law.contact.adhesion.iter_mut();
+            adhesion.for_each(|energy| *energy *= 1.0 + by);
+        },
+    ),
+    constant(
+        -8,
+        "E of material 1",
+        "law.materials, of which the first is material 1",
+        |given, by| {
+            let first = given.constants.law.materials.first_mut();
+            first
+                .into_iter()
+                .for_each(|solid| solid.modulus *= 1.0 + by);
+        },
+    ),
     constant(
         3,
         "velocity of the punch",
@@ -253,7 +312,19 @@ fn angles(given: &mut Given, change: impl Fn(f64) -> f64) {
     let aside = [&mut law.wall_friction_angle, &mut law.punch_friction_angle];
     let angles = aside.into_iter().flatten();
     let angles = angles.chain([&mut law.friction_angle]);
-    angles.for_each(|angle| *angle = change(*angle));
+    let further = law
+        .materials
+        .iter_mut()
+        .map(|solid| &mut solid.friction_angle);
+    angles
+        .chain(further)
+        .for_each(|angle| *angle = change(*angle));
+}
+
+fn roll(given: &mut Given, change: impl FnOnce(&mut Rolling)) {
+    if let Some(rolling) = &mut given.constants.law.contact.rolling {
+        change(rolling);
+    }
 }
 
 fn pull(given: &mut Given, axis: Axis, by: f64) {
@@ -335,7 +406,7 @@ impl Constant {
     }
 
     /// Of constants that a fit cannot tell apart the one with the largest number stays.
-    pub fn kept(self) -> u8 {
+    pub fn kept(self) -> i8 {
         self.row().kept
     }
 

@@ -15,7 +15,7 @@ use crate::scene::{
     ContactLaw, NewContactSlip, Rotation, Scene, SlipVelocity, Springs, Tension, TorqueArms,
     Viscosity,
 };
-use crate::tables::Stage;
+use crate::tables::{Body, Stage};
 
 /// Everything that a step depends on besides the grains and the punch. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,7 +72,7 @@ pub struct Solid {
     pub stiffness_ratio: f64,
     /// Poisson's ratio of Hertz's springs.
     pub poissons_ratio: f64,
-    /// Friction angle φ, rad; of two that touch the smaller holds.
+    /// Friction angle φ, rad; of two that touch the smaller holds, unless walls or punch have their own.
     pub friction_angle: f64,
 }
 
@@ -176,12 +176,20 @@ impl Law {
 
     /// Friction angles between grains, at walls and at the punch, rad.
     pub fn friction_angles(&self) -> [f64; 3] {
-        [
-            Some(self.friction_angle),
-            self.wall_friction_angle,
-            self.punch_friction_angle,
-        ]
-        .map(|angle| angle.unwrap_or(self.friction_angle))
+        let bodies = [Body::Grain, Body::Wall, Body::Punch];
+        bodies.map(|first| {
+            self.friction_of_its_own(first)
+                .unwrap_or(self.friction_angle)
+        })
+    }
+
+    /// The friction angle that walls or the punch have whatever touches them, rad.
+    pub fn friction_of_its_own(&self, first: Body) -> Option<f64> {
+        match first {
+            Body::Grain => None,
+            Body::Wall => self.wall_friction_angle,
+            Body::Punch => self.punch_friction_angle,
+        }
     }
 
     /// Whether walls or punch have a friction of their own.
@@ -221,6 +229,20 @@ impl Law {
     /// Normal stiffness of two grains, N/m: Eq. 4 of the paper, 2E R_i R_j/(R_i + R_j). Engines have their own.
     pub fn normal_stiffness(&self, radius1: f64, radius2: f64) -> f64 {
         2.0 * self.modulus * radius1 * radius2 / (radius1 + radius2)
+    }
+
+    /// Normal stiffness of two grains of this radius and of the stiffest material, N/m; that of Hertz's springs at an overlap of a
+    /// hundredth of the radius.
+    pub fn usual_stiffness(&self, radius: f64) -> f64 {
+        let materials = (0..=self.materials.len() as u32).map(|material| self.solid(material));
+        let stiffnesses = materials.map(|solid| match self.contact.springs {
+            Springs::Linear => solid.modulus * radius,
+            Springs::HertzMindlin => {
+                let [k_n, _] = solid.hertz_mindlin(solid, 0.5 * radius);
+                1.5 * k_n * (0.01 * radius).sqrt()
+            }
+        });
+        stiffnesses.fold(0.0, f64::max)
     }
 
     /// These rules with what the law's own keys say in the place of "as the model says".

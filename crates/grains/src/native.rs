@@ -113,7 +113,7 @@ fn each_moment(
     let mut noise = options.noise.map(|noise| noise.begin());
     let mut shake = |dynamics: &mut Dynamics| {
         if let Some(noise) = &mut noise {
-            noise.shake(&mut dynamics.state, &dynamics.constants);
+            dynamics.shake(noise);
         }
     };
     let mut step = 0;

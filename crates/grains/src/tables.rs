@@ -76,6 +76,17 @@ impl Bodies {
         !self.spin.is_empty()
     }
 
+    /// Takes away spins and moments of inertia.
+    pub fn do_not_turn(&mut self) {
+        let columns = [
+            &mut self.spin,
+            &mut self.spin_x,
+            &mut self.spin_z,
+            &mut self.inertia,
+        ];
+        columns.into_iter().for_each(Vec::clear);
+    }
+
     /// Number of grains.
     pub fn len(&self) -> usize {
         self.x.len()

@@ -230,6 +230,20 @@ impl Case {
     }
 }
 
+impl Case {
+    /// tan φ of these two bodies.
+    pub fn tangent(&self, id1: u32, id2: u32) -> f64 {
+        let (law, ids) = (&self.model.law, self.ids());
+        let first = ids.body(id1);
+        if law.materials.is_empty() || law.friction_of_its_own(first).is_some() {
+            return law.friction_angles()[first as usize].tan();
+        }
+        let material = |id: u32| self.bodies.material.get(id as usize).copied().unwrap_or(0);
+        let angles = [id1, id2].map(|id| law.solid(material(id)).friction_angle);
+        angles[0].min(angles[1]).tan()
+    }
+}
+
 /// Force and torque summed on a grain: x and z, N; about y, N·m.
 pub type Load = [f64; 3];
 

@@ -5,6 +5,7 @@
 //! count (weights 1/(1 + (r/s)²), s the median of |r| among grains of one kind), and again from the constants found.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::iter::repeat_n;
 
 use evidence::in_parallel;
 use evidence::moments::median;
@@ -15,6 +16,7 @@ use grains::variant::{self, Form, Variant};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use crate::contacts::Table;
 use crate::envelope::Resolution;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -73,6 +75,8 @@ const LEAST: f64 = 1.0e-12;
 const FITTED_UNTIL: u64 = 1;
 /// Response to a change of this size.
 const CHANGE: f64 = 1.0e-6;
+/// What changes by less than so many times what cannot be told has not changed.
+const ROUNDED: f64 = 4.0;
 /// From the constants found the fit is made again, so often at most; the responses themselves the first few times.
 const ROUNDS: usize = 12;
 const ROUNDS_WITH_RESPONSES: usize = 3;
@@ -87,7 +91,7 @@ const ROUNDING: f64 = 100.0;
 /// How much a contact counts that one of two runs has not: as much as the worst number.
 const NOT_THERE: f64 = 27.0;
 
-const KINDS_OF_A_CASE: usize = 80;
+const KINDS_OF_A_CASE: usize = 100;
 
 /// What of a run is fitted: a number for each grain and component, in m/s, and which kind it is of.
 struct Data {
@@ -95,8 +99,8 @@ struct Data {
     theirs: Vec<f64>,
     /// Kind of each number: the same quantity of grains in the same situation.
     kinds: Vec<usize>,
-    /// Numbers closer than this are the same.
-    noise: f64,
+    /// Numbers that are closer than this are the same.
+    noise: Vec<f64>,
     contacts: Vec<Vec<Vec<(u32, u32)>>>,
 }
 
@@ -116,17 +120,21 @@ fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f
     let mass = start.mass.iter().sum::<f64>() / start.len() as f64;
     let mut all = Vec::new();
     for (moment, ids) in run.iter().zip(contacts) {
-        let forces = moment.contacts.iter();
-        let forces = forces.map(|contact| {
+        let rows = Table::from(moment).rows();
+        let forces = rows.map(|row| {
+            let contact = row.contact;
+            let forces = [contact.normal_force].into_iter().chain(row.tangential());
             (
                 (contact.id1, contact.id2),
-                [contact.normal_force, contact.tangential_force],
+                forces.take(forces_of(case)).collect(),
             )
         });
-        let forces: BTreeMap<(u32, u32), [f64; 2]> = forces.collect();
+        let forces: BTreeMap<(u32, u32), Vec<f64>> = forces.collect();
         for ids in ids {
-            let force = forces.get(ids).copied().unwrap_or([f64::NAN; 2]);
-            all.extend(force.map(|force| force * dt / mass));
+            let force = forces.get(ids);
+            let missing = || vec![f64::NAN; forces_of(case)];
+            let force = force.map_or_else(missing, Clone::clone);
+            all.extend(force.iter().map(|force| force * dt / mass));
         }
         if moment.step == 0 {
             continue;
@@ -134,23 +142,60 @@ fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f
         let bodies = &moment.bodies;
         let time = dt * moment.step as f64;
         for id in 0..bodies.len() {
-            let way = [bodies.x[id] - start.x[id], bodies.z[id] - start.z[id]];
-            all.extend([bodies.vx[id], bodies.vz[id], way[0] / time, way[1] / time]);
+            all.extend([bodies.vx[id], bodies.vz[id]]);
+            if bodies.in_space() {
+                all.push(bodies.vy[id]);
+            }
             if bodies.rotate() {
                 all.push(bodies.spin[id] * bodies.radius[id]);
+            }
+            if bodies.in_space() && bodies.rotate() {
+                let spins = [bodies.spin_x[id], bodies.spin_z[id]];
+                all.extend(spins.map(|spin| spin * bodies.radius[id]));
+            }
+            // Displacements come last.
+            let way = [bodies.x[id] - start.x[id], bodies.z[id] - start.z[id]];
+            all.extend(way.map(|way| way / time));
+            if bodies.in_space() {
+                all.push((bodies.y[id] - start.y[id]) / time);
             }
         }
     }
     all
 }
 
+/// How many forces are fitted of a contact: those along the normal and the tangent, in space all components of that.
+fn forces_of(case: &Case) -> usize {
+    if case.bodies.in_space() { 4 } else { 2 }
+}
+
+/// How many numbers are fitted of a grain: velocities and spins, and displacements.
+fn numbers_of(case: &Case, rotates: bool) -> [usize; 2] {
+    let [axes, spins] = if case.bodies.in_space() {
+        [3, 3]
+    } else {
+        [2, 1]
+    };
+    [axes + if rotates { spins } else { 0 }, axes]
+}
+
+/// What cannot be told of a force or a velocity, and of a displacement over its time, m/s.
+fn noise(case: &Case, resolution: Resolution) -> [f64; 2] {
+    let (model, bodies) = (&case.model, &case.bodies);
+    let (radius, mass) = (bodies.radius[0], bodies.mass[0]);
+    let kick = model.dt * model.law.usual_stiffness(radius) / mass;
+    // A place that is not told gives a force, and a displacement per step.
+    let of_force = (resolution.overlap * kick).max(f64::MIN_POSITIVE);
+    [of_force, of_force + resolution.position / model.dt]
+}
+
 impl Data {
-    fn new(observed: &[Observed<'_>], noise: f64, last: u64) -> Self {
+    fn new(observed: &[Observed<'_>], resolution: Resolution, last: u64) -> Self {
         let mut data = Data {
             last,
             theirs: Vec::new(),
             kinds: Vec::new(),
-            noise,
+            noise: Vec::new(),
             contacts: Vec::new(),
         };
         for (index, (case, theirs)) in observed.iter().enumerate() {
@@ -167,19 +212,22 @@ impl Data {
             let theirs = &theirs[..own.len().min(theirs.len())];
             data.theirs.extend(numbers(&case, theirs, &contacts));
             let situations = situations(&case, &own);
-            // Two forces of three kinds of pairs, five numbers of four situations, in each of two moments.
+            let [of_force, of_place] = noise(&case, resolution);
+            // Four forces of three kinds of pairs, nine numbers of four situations at most, in each of two moments.
             for (moment, ids) in own.iter().zip(&contacts) {
-                let base = KINDS_OF_A_CASE * index + 40 * usize::from(moment.step > 0);
+                let base = KINDS_OF_A_CASE * index + 50 * usize::from(moment.step > 0);
                 for (one, _) in ids {
-                    let kind = base + 2 * kind_of_pair(&case, *one);
-                    data.kinds.extend([kind, kind + 1]);
+                    let kind = base + 4 * kind_of_pair(&case, *one);
+                    data.kinds.extend(kind..kind + forces_of(&case));
+                    data.noise.extend(repeat_n(of_force, forces_of(&case)));
                 }
                 if moment.step > 0 {
                     for situation in &situations {
-                        let kind = base + 10 + 5 * situation;
-                        let rotates = moment.bodies.rotate();
-                        data.kinds.extend([kind, kind + 1, kind + 2, kind + 3]);
-                        data.kinds.extend(rotates.then_some(kind + 4));
+                        let kind = base + 12 + 9 * situation;
+                        let [moving, displaced] = numbers_of(&case, moment.bodies.rotate());
+                        data.kinds.extend(kind..kind + moving + displaced);
+                        data.noise.extend(repeat_n(of_force, moving));
+                        data.noise.extend(repeat_n(of_place, displaced));
                     }
                 }
             }
@@ -191,8 +239,8 @@ impl Data {
     /// How badly a variant fits, the less the better: Σ ln(1 + (r/s)²), s being what cannot be told.
     fn misfit(&self, observed: &[Observed<'_>], variant: &Variant) -> f64 {
         let own = self.of(observed, variant);
-        let numbers = self.theirs.iter().zip(&own);
-        let residuals = numbers.map(|(their, own)| ((their - own) / self.noise).abs());
+        let numbers = self.theirs.iter().zip(&own).zip(&self.noise);
+        let residuals = numbers.map(|((their, own), noise)| ((their - own) / noise).abs());
         // A contact that one of the two does not have counts as much as the worst number.
         let residuals = residuals.map(|residual| {
             if residual.is_finite() {
@@ -251,18 +299,10 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// All of one contact law; what a fit is worth is judged by the steps to `until`.
     pub fn new(observed: &'a [Observed<'a>], resolution: Resolution, until: u64) -> Self {
-        let noise = observed.first().map(|(case, _)| {
-            let model = &case.model;
-            let (radius, mass) = (case.bodies.radius[0], case.bodies.mass[0]);
-            let kick = model.dt * model.law.normal_stiffness(radius, radius) / mass;
-            // A place that is not told gives a force, and a displacement per step.
-            resolution.overlap * kick + resolution.position / model.dt
-        });
-        let noise = noise.unwrap_or(f64::MIN_POSITIVE);
         Search {
             observed,
-            early: Data::new(observed, noise, FITTED_UNTIL),
-            late: Data::new(observed, noise, until),
+            early: Data::new(observed, resolution, FITTED_UNTIL),
+            late: Data::new(observed, resolution, until),
         }
     }
 
@@ -324,8 +364,11 @@ impl<'a> Search<'a> {
             let variant = fit.variant.and(fit.fitted[at].constant, CHANGE);
             self.early.of(self.observed, &variant)
         });
+        // Rounding alone would say that numbers on which a constant has no effect pin it down.
         fit.responses = DMatrix::from_fn(own.len(), columns.len(), |row, column| {
-            (columns[column][row] - own[row]) / CHANGE
+            let change = columns[column][row] - own[row];
+            let is_rounding = change.abs() <= ROUNDED * self.early.noise[row];
+            if is_rounding { 0.0 } else { change / CHANGE }
         });
     }
 
@@ -358,10 +401,9 @@ impl<'a> Search<'a> {
     /// times what cannot be told. Zero where rounding is left alone.
     pub fn unexplained(&self, variant: &Variant) -> f64 {
         let own = self.late.of(self.observed, variant);
-        let residuals = self.late.theirs.iter().zip(&own);
-        let rounding = ROUNDING * self.late.noise;
-        let over = residuals.map(|(their, own)| match (their - own).abs() {
-            residual if residual.is_finite() => (residual / rounding).max(1.0).ln(),
+        let residuals = self.late.theirs.iter().zip(&own).zip(&self.late.noise);
+        let over = residuals.map(|((their, own), noise)| match (their - own).abs() {
+            residual if residual.is_finite() => (residual / (ROUNDING * noise)).max(1.0).ln(),
             _ => NOT_THERE,
         });
         over.sum()
@@ -377,8 +419,8 @@ impl<'a> Search<'a> {
             let run = variant::run(&start, known);
             for contact in run.iter().flat_map(|snapshot| &snapshot.contacts) {
                 if contact.id1 < grains {
-                    let (a, b) = (contact.id1 as usize, contact.id2 as usize);
-                    distances.push((bodies.x[a] - bodies.x[b]).hypot(bodies.z[a] - bodies.z[b]));
+                    let radii = [contact.id1, contact.id2].map(|id| bodies.radius[id as usize]);
+                    distances.push(radii[0] + radii[1] - contact.overlap);
                 }
             }
         }
@@ -517,13 +559,13 @@ fn weighted(
         for (row, left) in rows.iter().zip(&left) {
             by_kind[data.kinds[*row]].push(left.abs());
         }
-        let of_kind = |residuals: &Vec<f64>| median(residuals).unwrap_or(0.0).max(data.noise);
+        let of_kind = |residuals: &Vec<f64>| median(residuals).unwrap_or(0.0);
         let scales: Vec<f64> = by_kind.iter().map(of_kind).collect();
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
         let mut spread = DMatrix::<f64>::zeros(columns, columns);
         for ((row, left), values) in rows.iter().zip(&left).zip(scaled.chunks_exact(columns)) {
-            let s = scales[data.kinds[*row]];
+            let s = scales[data.kinds[*row]].max(data.noise[*row]);
             let weight = 1.0 / (1.0 + (left / s) * (left / s)) / (s * s);
             for a in 0..columns {
                 if values[a] == 0.0 {

@@ -1,13 +1,17 @@
 //! The contact tables of two runs of one case at one moment, pair by pair: how far overlaps, forces, normals and points are apart,
 //! which contacts are missing or invented, and what a wrong table looks like.
 
-use evidence::moments::median;
-use grains::model::Wall;
-use grains::native::{NativeError, run_case};
-use grains::tables::{Body, BodyIds, Contact, Snapshot};
-use grains::task::Case;
+use std::f64::consts::PI;
 
-use crate::constants::{kind_of_pair, until};
+use evidence::moments::median;
+use grains::model::{Law, Wall};
+use grains::native::{NativeError, run_case};
+use grains::rules::TangentialDashpot;
+use grains::tables::{Across, Body, BodyIds, Contact, Snapshot};
+use grains::task::Case;
+use grains::vector::{Vector, hypot, minus};
+
+use crate::constants::until;
 
 /// Numbers compared of a contact: overlap, normal force, tangential force, normal, point.
 pub(crate) const NUMBERS: usize = 5;
@@ -21,27 +25,111 @@ pub(crate) fn at_a_corner(ids: BodyIds, contact: &Contact) -> bool {
 /// A normal is not that of a face if both of its components are larger.
 const OBLIQUE: f64 = 1.0e-9;
 
+/// The contacts of a moment and what they have besides in space.
+#[derive(Debug, Clone, Copy)]
+pub struct Table<'a> {
+    pub contacts: &'a [Contact],
+    /// In the same order; empty in the plane.
+    pub across: &'a [Across],
+}
+
+impl<'a> From<&'a Snapshot> for Table<'a> {
+    fn from(snapshot: &'a Snapshot) -> Self {
+        Table {
+            contacts: &snapshot.contacts,
+            across: &snapshot.across,
+        }
+    }
+}
+
+impl<'a> Table<'a> {
+    pub(crate) fn rows(self) -> impl Iterator<Item = Row<'a>> {
+        let row = move |(at, contact)| Row {
+            contact,
+            across: self.across.get(at),
+        };
+        self.contacts.iter().enumerate().map(row)
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Row<'a> {
+    pub contact: &'a Contact,
+    across: Option<&'a Across>,
+}
+
+impl Row<'_> {
+    fn ids(&self) -> (u32, u32) {
+        (self.contact.id1, self.contact.id2)
+    }
+
+    fn normal(&self) -> Vector {
+        let [x, z] = self.contact.normal;
+        [x, self.across.map_or(0.0, |across| across.normal), z]
+    }
+
+    fn point(&self) -> Vector {
+        let [x, z] = self.contact.point;
+        [x, self.across.map_or(0.0, |across| across.point), z]
+    }
+
+    /// Tangential force on body 2, N; in the plane its component along (−n_z, n_x), in space all three.
+    pub(crate) fn tangential(&self) -> Vector {
+        let along = [self.contact.tangential_force, 0.0, 0.0];
+        self.across.map_or(along, |across| across.tangential)
+    }
+
+    /// The numbers of its row, with their columns.
+    fn columns(&self) -> Vec<(&'static str, f64)> {
+        let Contact {
+            overlap,
+            normal_force,
+            tangential_force,
+            ..
+        } = *self.contact;
+        let ([nx, ny, nz], [x, y, z]) = (self.normal(), self.point());
+        let [tx, ty, tz] = self.tangential();
+        let mut columns = vec![
+            ("overlap", overlap),
+            ("fn", normal_force),
+            ("ft", tangential_force),
+            ("nx", nx),
+            ("nz", nz),
+            ("x", x),
+            ("z", z),
+        ];
+        if self.across.is_some() {
+            columns.extend([("ny", ny), ("y", y), ("ftx", tx), ("fty", ty), ("ftz", tz)]);
+        }
+        columns
+    }
+}
+
+/// How far two points or vectors are apart.
+fn distance(a: Vector, b: Vector) -> f64 {
+    hypot(minus(a, b))
+}
+
 /// A contact of either table with its pair in the other.
 struct Paired<'a> {
     ids: (u32, u32),
-    their: Option<&'a Contact>,
-    own: Option<&'a Contact>,
+    their: Option<Row<'a>>,
+    own: Option<Row<'a>>,
 }
 
 /// Both tables are sorted by ids.
-fn paired<'a>(theirs: &'a [Contact], own: &'a [Contact]) -> Vec<Paired<'a>> {
-    let ids = |contact: &Contact| (contact.id1, contact.id2);
-    let (mut theirs, mut own) = (theirs.iter().peekable(), own.iter().peekable());
+fn paired<'a>(theirs: Table<'a>, own: Table<'a>) -> Vec<Paired<'a>> {
+    let (mut theirs, mut own) = (theirs.rows().peekable(), own.rows().peekable());
     let mut all = Vec::new();
     loop {
-        let next = [theirs.peek(), own.peek()].map(|head| head.map(|contact| ids(contact)));
+        let next = [theirs.peek(), own.peek()].map(|head| head.map(Row::ids));
         let Some(first) = next.into_iter().flatten().min() else {
             return all;
         };
         all.push(Paired {
             ids: first,
-            their: theirs.next_if(|contact| ids(contact) == first),
-            own: own.next_if(|contact| ids(contact) == first),
+            their: theirs.next_if(|row| row.ids() == first),
+            own: own.next_if(|row| row.ids() == first),
         });
     }
 }
@@ -57,14 +145,18 @@ pub(crate) fn apart(
 ) -> (Vec<(u32, u32)>, [Vec<f64>; NUMBERS]) {
     let bodies = &own.bodies;
     let gap = |contact: &Contact| {
-        let at = |id: u32| Some([*bodies.x.get(id as usize)?, *bodies.z.get(id as usize)?]);
+        let y = |id: usize| bodies.y.get(id).copied().unwrap_or(0.0);
+        let at = |id: u32| {
+            let id = id as usize;
+            Some([*bodies.x.get(id)?, y(id), *bodies.z.get(id)?])
+        };
         let radius = |id: u32| bodies.radius.get(id as usize).copied();
         let centre = at(contact.id2)?;
         let far = match at(contact.id1) {
-            Some(one) => (centre[0] - one[0]).hypot(centre[1] - one[1]) - radius(contact.id1)?,
+            Some(one) => distance(centre, one) - radius(contact.id1)?,
             None => {
                 let wall = walls.get((contact.id1 as usize).checked_sub(bodies.len())?)?;
-                (centre[wall.axis as usize] - wall.place).abs()
+                (centre[wall.axis.in_space()] - wall.place).abs()
             }
         };
         Some((far - radius(contact.id2)?).max(0.0))
@@ -75,20 +167,24 @@ pub(crate) fn apart(
         ids: pair,
         their,
         own,
-    } in paired(&their.contacts, &own.contacts)
+    } in paired(their.into(), own.into())
     {
         let grain = pair.1 as usize;
         let (radius, mass) = (bodies.radius[grain], bodies.mass[grain]);
         let push = dt * dt / (mass * radius);
         let differences = match (their, own) {
             (Some(a), Some(b)) => [
-                (a.overlap - b.overlap).abs() / radius,
-                (a.normal_force - b.normal_force).abs() * push,
-                (a.tangential_force - b.tangential_force).abs() * push,
-                (a.normal[0] - b.normal[0]).hypot(a.normal[1] - b.normal[1]),
-                (a.point[0] - b.point[0]).hypot(a.point[1] - b.point[1]) / radius,
+                (a.contact.overlap - b.contact.overlap).abs() / radius,
+                (a.contact.normal_force - b.contact.normal_force).abs() * push,
+                // In space its size is told besides.
+                distance(a.tangential(), b.tangential())
+                    .max((a.contact.tangential_force - b.contact.tangential_force).abs())
+                    * push,
+                distance(a.normal(), b.normal()),
+                distance(a.point(), b.point()) / radius,
             ],
             (Some(one), None) | (None, Some(one)) => {
+                let one = one.contact;
                 let gap = if own.is_none() {
                     gap(one).unwrap_or(0.0)
                 } else {
@@ -113,46 +209,68 @@ pub(crate) fn apart(
 /// pairs, overlaps, normals, points; normal forces where springs alone make them; a tangential force beyond its limit.
 pub fn contradiction(
     state: &Case,
-    theirs: &[Contact],
+    theirs: Table<'_>,
     length: f64,
 ) -> Result<Option<String>, NativeError> {
     let start = until(state, 0);
     let own = run_case(&start, None)?;
-    let own = own.first().map_or(&[][..], |snapshot| &snapshot.contacts);
+    let own = own.first().expect("a case has its start");
     let law = &state.model.law;
     let radius = state.bodies.radius.iter().copied().fold(f64::MAX, f64::min);
-    let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    // A force that grows as u^1.5 grows by at most so many times its mean slope.
+    let slope = |contact: &Contact| 2.0 * (contact.normal_force / contact.overlap).abs();
     let is_off = |pair: &Paired<'_>| match (pair.their, pair.own) {
         (Some(a), Some(b)) => {
-            let by_length = 2.0 * b.normal_force / b.overlap * length;
             // A spring that is turned to the first order leaves the tangent a little.
-            let out_of_tangent = OUT_OF_TANGENT * a.tangential_force.abs();
+            let out_of_tangent = OUT_OF_TANGENT * hypot(a.tangential());
+            let (normal, point) = (
+                distance(a.normal(), b.normal()),
+                distance(a.point(), b.point()),
+            );
+            let (a, b) = (a.contact, b.contact);
             let force = (a.normal_force - b.normal_force).abs() - out_of_tangent;
             (a.overlap - b.overlap).abs() > length
-                || apart(a.normal, b.normal) > 4.0 * length / radius
-                || apart(a.point, b.point) > 8.0 * length
-                || !law.has_dashpots() && force > by_length + ROUNDED * b.normal_force
+                || normal > 4.0 * length / radius
+                || point > 8.0 * length
+                || !law.has_dashpots() && force > slope(b) * length + ROUNDED * b.normal_force.abs()
         }
-        (Some(one), None) | (None, Some(one)) => one.overlap > length,
+        (Some(one), None) | (None, Some(one)) => one.contact.overlap > length,
         (None, None) => false,
     };
-    if paired(theirs, own).iter().any(is_off) {
+    if paired(theirs, own.into()).iter().any(is_off) {
         // What friction remembers is not made anew.
-        let of_grains = theirs.iter().map(|contact| Contact {
+        let without = |contact: &Contact| Contact {
             tangential_force: 0.0,
             ..*contact
+        };
+        let contacts: Vec<Contact> = theirs.contacts.iter().map(without).collect();
+        let across = theirs.across.iter().map(|across| Across {
+            tangential: [0.0; 3],
+            ..*across
         });
-        return Ok(Some(in_words(&of_grains.collect::<Vec<_>>(), own)));
+        let across: Vec<Across> = across.collect();
+        let of_grains = Table {
+            contacts: &contacts,
+            across: &across,
+        };
+        return Ok(Some(in_words(of_grains, own.into())));
+    }
+    if is_beyond_the_limit(law, state) {
+        return Ok(None);
     }
     let limit = |contact: &Contact| {
-        let angle = law.friction_angles()[kind_of_pair(state, contact.id1)];
-        angle.tan() * contact.normal_force.abs()
+        let pull = law.contact.adhesion.map_or(0.0, |energy| {
+            let radius = state.bodies.radius[contact.id2 as usize];
+            4.0 * PI * radius * energy
+        });
+        state.tangent(contact.id1, contact.id2) * (contact.normal_force.abs() + pull)
     };
-    let beyond = |contact: &&Contact| {
-        let rounding = 2.0 * (contact.normal_force / contact.overlap).abs() * length;
-        contact.tangential_force.abs() > (1.0 + SAME) * limit(contact) + rounding
+    let beyond = |row: &Row<'_>| {
+        let contact = row.contact;
+        hypot(row.tangential()) > (1.0 + SAME) * limit(contact) + slope(contact) * length
     };
-    Ok(theirs.iter().find(beyond).map(|contact| {
+    let found = theirs.rows().find(beyond);
+    Ok(found.map(|Row { contact, .. }| {
         format!(
             "ft of {}–{} is {:e} N, and its limit is {:e} N",
             contact.id1,
@@ -161,6 +279,12 @@ pub fn contradiction(
             limit(contact)
         )
     }))
+}
+
+/// Whether the law adds a tangential dashpot to what Coulomb's limit has cut.
+fn is_beyond_the_limit(law: &Law, state: &Case) -> bool {
+    let dashpot = law.resolved(state.model.rules).tangential_dashpot;
+    law.has_dashpots() && ![TangentialDashpot::None, TangentialDashpot::Within].contains(&dashpot)
 }
 
 /// A share of a number that is rounding.
@@ -174,7 +298,7 @@ const SAME: f64 = 1.0e-6;
 const NAMED: usize = 3;
 
 /// What is wrong with a table whose motion is right.
-pub(crate) fn in_words(theirs: &[Contact], own: &[Contact]) -> String {
+pub(crate) fn in_words(theirs: Table<'_>, own: Table<'_>) -> String {
     let all = paired(theirs, own);
     let mut said = Vec::new();
     let mut name = |what: &str, pairs: Vec<(u32, u32)>| {
@@ -182,7 +306,7 @@ pub(crate) fn in_words(theirs: &[Contact], own: &[Contact]) -> String {
         let some: Vec<String> = some.collect();
         let more = if pairs.len() > NAMED { ", …" } else { "" };
         if !pairs.is_empty() {
-            let (count, of_all) = (pairs.len(), own.len());
+            let (count, of_all) = (pairs.len(), own.contacts.len());
             said.push(format!(
                 "{count} {what}, where {of_all} touch ({}{more})",
                 some.join(", ")
@@ -196,17 +320,10 @@ pub(crate) fn in_words(theirs: &[Contact], own: &[Contact]) -> String {
     name("contacts are missing", without(|pair| pair.their.is_none()));
     name("contacts are invented", without(|pair| pair.own.is_none()));
     let both = || all.iter().filter_map(|pair| Some((pair.their?, pair.own?)));
-    type Number = fn(&Contact) -> f64;
-    let columns: [(&str, Number); 7] = [
-        ("overlap", |contact| contact.overlap),
-        ("fn", |contact| contact.normal_force),
-        ("ft", |contact| contact.tangential_force),
-        ("nx", |contact| contact.normal[0]),
-        ("nz", |contact| contact.normal[1]),
-        ("x", |contact| contact.point[0]),
-        ("z", |contact| contact.point[1]),
-    ];
-    for (column, number) in columns {
+    let names = theirs.rows().chain(own.rows()).next();
+    let names = names.map_or_else(Vec::new, |row| row.columns());
+    for (at, (column, _)) in names.into_iter().enumerate() {
+        let number = |row: Row<'_>| row.columns().get(at).map_or(f64::NAN, |column| column.1);
         let pairs: Vec<(f64, f64)> = both().map(|(a, b)| (number(a), number(b))).collect();
         let largest = pairs
             .iter()
@@ -255,9 +372,13 @@ mod tests {
             normal: [0.0, 1.0],
             point: [0.0; 2],
         };
+        let table = |contacts| Table {
+            contacts,
+            across: &[],
+        };
         let own = [contact(1, 2.0), contact(2, 3.0), contact(4, 5.0)];
         let theirs = [contact(1, 3.0), contact(2, 4.5), contact(5, 1.0)];
-        let said = in_words(&theirs, &own);
+        let said = in_words(table(&theirs), table(&own));
         assert!(
             said.contains("1 contacts are missing, where 3 touch (4–9)"),
             "{said}"

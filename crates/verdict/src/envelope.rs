@@ -96,15 +96,32 @@ impl Apart {
         let dt = case.model.dt;
         let (a, b) = (&their.bodies, &own.bodies);
         let grains = 0..b.len();
-        let way = |id: usize| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]) / b.radius[id];
-        let speed = |id: usize| (a.vx[id] - b.vx[id]).hypot(a.vz[id] - b.vz[id]);
-        let speed = |id: usize| speed(id) * dt / b.radius[id];
-        let spins = a.spin.iter().zip(&b.spin);
+        let across = b.in_space();
+        let length = |x: f64, y: &dyn Fn() -> f64, z: f64| match across {
+            false => x.hypot(z),
+            true => x.hypot(z).hypot(y()),
+        };
+        let way = |id: usize| {
+            length(a.x[id] - b.x[id], &|| a.y[id] - b.y[id], a.z[id] - b.z[id]) / b.radius[id]
+        };
+        let speed = |id: usize| {
+            let y = || a.vy[id] - b.vy[id];
+            length(a.vx[id] - b.vx[id], &y, a.vz[id] - b.vz[id]) * dt / b.radius[id]
+        };
+        let spin = |id: usize| {
+            let turn = a.spin[id] - b.spin[id];
+            let across = match across {
+                true => (a.spin_x[id] - b.spin_x[id]).hypot(a.spin_z[id] - b.spin_z[id]),
+                false => 0.0,
+            };
+            turn.hypot(across) * dt
+        };
+        let turning = 0..a.spin.len().min(b.spin.len());
         let (pairs, of_contacts) = contacts::apart(their, own, &case.model.walls, dt);
         let of_grains = [
             grains.clone().map(way).collect(),
             grains.map(speed).collect(),
-            spins.map(|(a, b)| (a - b).abs() * dt).collect(),
+            turning.map(spin).collect(),
         ];
         let (radius, mass) = (least(&b.radius), least(&b.mass));
         let of_punch = match (their.punch, own.punch) {
@@ -208,7 +225,10 @@ impl Envelope {
         let (extent, fastest) = largest(&own);
         let (radius, mass) = (least(&case.bodies.radius), least(&case.bodies.mass));
         let law = &case.model.law;
-        let length = noise.position * extent + noise.overlap;
+        // A number in other units is rounded on its way there and on its way back.
+        let [position, velocity, overlap] =
+            [noise.position, noise.velocity, noise.overlap].map(|noise| 2.0 * noise);
+        let length = position * extent + overlap;
         // An engine that computes forces in single precision writes its contacts so.
         let coarsest = noise.position.max(noise.velocity).max(noise.overlap);
         let written = if coarsest > 0.5 * FINE { SINGLE } else { 0.0 };
@@ -218,7 +238,8 @@ impl Envelope {
             .map(|contact| contact.overlap);
         let written_length = length + written * overlaps.fold(0.0, f64::max);
         // The stiffest pair of a grain has k_n = 2ER, where the other one is much larger.
-        let spring = 2.0 * law.modulus * law.stiffness_ratio.max(1.0) * dt * dt / mass;
+        let stiffness = 2.0 * law.usual_stiffness(radius) / radius;
+        let spring = stiffness * law.stiffness_ratio.max(1.0) * dt * dt / mass;
         let force =
             own.iter()
                 .flat_map(|snapshot| &snapshot.contacts)
@@ -240,18 +261,18 @@ impl Envelope {
                 .count()
         });
         let on_punch = 1.0 + at_punch.max().unwrap_or(0) as f64;
-        let force = spring * length + noise.velocity.max(written) * force;
+        let force = spring * length + velocity.max(written) * force;
         let least = [
-            noise.position * extent / radius,
-            noise.velocity * fastest * dt / radius,
-            noise.velocity * dt,
+            position * extent / radius,
+            velocity * fastest * dt / radius,
+            velocity * dt,
             written_length / radius,
             force,
             force,
             written + length / radius,
             length / radius,
             // It moves by a sum of steps, each of which is rounded.
-            noise.position * extent * steps / radius,
+            position * extent * steps / radius,
             force * on_punch,
         ];
         let mut reach = vec![least.map(|least| [least; SHARES.len()]); own.len()];
@@ -422,7 +443,7 @@ impl Envelope {
                 .collect();
             let off = |ratios: &[f64]| ratios.iter().any(|ratio| *ratio > FACTOR);
             if off(&ratios[MOTION..]) && !off(&ratios[..MOTION]) {
-                let said = contacts::in_words(&their.contacts, &own.contacts);
+                let said = contacts::in_words(their.into(), own.into());
                 return Some(format!("after {} steps {said}", own.step));
             }
         }
@@ -537,13 +558,17 @@ pub fn is_rounded(run: &[Snapshot]) -> bool {
     let last = run
         .last()
         .filter(|snapshot| snapshot.step > 0 && snapshot.bodies.len() >= ENOUGH);
-    last.is_some_and(|snapshot| snapshot.bodies.x.iter().chain(&snapshot.bodies.z).all(few))
+    last.is_some_and(|snapshot| {
+        let bodies = &snapshot.bodies;
+        bodies.x.iter().chain(&bodies.y).chain(&bodies.z).all(few)
+    })
 }
 
 /// The largest coordinate, m, and the largest velocity component, m/s.
 pub(crate) fn largest(run: &[Snapshot]) -> (f64, f64) {
     run.first().map_or((0.0, 0.0), |snapshot| {
-        let fastest = largest_of([&snapshot.bodies.vx, &snapshot.bodies.vz]);
+        let bodies = &snapshot.bodies;
+        let fastest = largest_of([&bodies.vx, &bodies.vy, &bodies.vz]);
         (extent(&snapshot.bodies, snapshot.punch), fastest)
     })
 }
@@ -551,10 +576,10 @@ pub(crate) fn largest(run: &[Snapshot]) -> (f64, f64) {
 /// The largest coordinate, m.
 fn extent(bodies: &Bodies, punch: Option<Punch>) -> f64 {
     let top = punch.map_or(0.0, |punch| punch.centre[1].abs() + punch.half_extents[1]);
-    largest_of([&bodies.x, &bodies.z]).max(top)
+    largest_of([&bodies.x, &bodies.y, &bodies.z]).max(top)
 }
 
-fn largest_of(columns: [&[f64]; 2]) -> f64 {
+fn largest_of(columns: [&[f64]; 3]) -> f64 {
     let all = columns.into_iter().flatten();
     all.fold(0.0, |largest, value| largest.max(value.abs()))
 }
@@ -671,9 +696,15 @@ impl Resolution {
                 let length = change * (1.0 + (id as f64 * 0.618).fract());
                 bodies.x[id] += length;
                 bodies.z[id] -= length;
+                if let Some(y) = bodies.y.get_mut(id) {
+                    *y += 0.5 * length;
+                }
                 if *situation == FLYING {
-                    bodies.vx[id] *= 1.0 + change;
-                    bodies.vz[id] *= 1.0 + change;
+                    let velocities = [&mut bodies.vx, &mut bodies.vy, &mut bodies.vz];
+                    let there = velocities
+                        .into_iter()
+                        .filter_map(|column| column.get_mut(id));
+                    there.for_each(|velocity| *velocity *= 1.0 + change);
                 }
             }
             copy

@@ -72,8 +72,7 @@ pub fn counts<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec
 
 /// Whether its tangential force is its limit.
 pub(crate) fn slides(case: &Case, contact: &Contact) -> bool {
-    let tangent = case.model.law.friction_angles()[kind_of_pair(case, contact.id1)].tan();
-    let limit = tangent * contact.normal_force.abs();
+    let limit = case.tangent(contact.id1, contact.id2) * contact.normal_force.abs();
     limit > 0.0 && contact.tangential_force.abs() >= (1.0 - AT_LIMIT) * limit
 }
 

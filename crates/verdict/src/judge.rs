@@ -133,6 +133,9 @@ pub struct Limit {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
     pub grains: usize,
+    /// Of the bed in space, where that was looked at besides.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub spheres: usize,
     /// The largest radius over the smallest in any of the states.
     pub radii: f64,
     /// How coarsely the engine computes; that of double precision where it was not measured.
@@ -173,6 +176,49 @@ impl Judgement {
             }
             of_states => of_states,
         }
+    }
+
+    /// With what was found in space besides. An engine that refuses every state in the plane is judged in space alone.
+    pub fn with_spheres(mut self, space: Judgement) -> Self {
+        let refused =
+            |start: &OfStart| start.skipped.is_some() && start.verdict != Verdict::Different;
+        if self.starts.iter().all(refused) && !space.starts.iter().all(refused) {
+            let planar = std::mem::take(&mut self.starts).into_iter();
+            self.not_asked = planar
+                .map(|start| NotAsked {
+                    law: start.law,
+                    start: start.start,
+                    lacking: "grains in the plane".to_owned(),
+                })
+                .collect();
+            self.counts.clear();
+            self.grains = 0;
+        }
+        self.spheres = space.grains;
+        self.radii = self.radii.max(space.radii);
+        self.resolution = self.resolution.coarser(space.resolution);
+        self.extent = self.extent.max(space.extent);
+        self.starts.extend(space.starts);
+        self.not_asked.extend(space.not_asked);
+        self.limits.extend(space.limits);
+        self.limits
+            .sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
+        self.counts.extend(space.counts);
+        self.unseen.extend(space.unseen);
+        for rule in space.declared {
+            match self
+                .declared
+                .iter_mut()
+                .find(|known| known.rule == rule.rule)
+            {
+                Some(known) => known.moves = known.moves.max(rule.moves),
+                None => self.declared.push(rule),
+            }
+        }
+        let known: Vec<String> = self.causes.iter().map(Cause::sentence).collect();
+        let new = |cause: &Cause| !known.contains(&cause.sentence());
+        self.causes.extend(space.causes.into_iter().filter(new));
+        self
     }
 
     /// Why states that agree are too little evidence.
@@ -230,6 +276,10 @@ fn ratio(farthest: &Option<Farthest>) -> f64 {
 fn radii(case: &Case) -> f64 {
     let radii = || case.bodies.radius.iter().copied();
     radii().fold(0.0, f64::max) / radii().fold(f64::INFINITY, f64::min)
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Where a constant could be wrong by more than this share unseen, nothing agrees.
@@ -447,6 +497,7 @@ impl Reference {
             grains: states
                 .first()
                 .map_or(0, |(_, state)| state.case.bodies.len()),
+            spheres: 0,
             radii: states
                 .iter()
                 .map(|(_, state)| radii(&state.case))

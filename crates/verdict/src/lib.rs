@@ -9,6 +9,7 @@
 //! |---|---|
 //! | from which states does an engine start? | [`starts`] |
 //! | how coarsely does it compute? | [`envelope::Resolution`] |
+//! | and in space? | [`spheres`] |
 //! | does it stay among the replicas, and what would have left them? | [`envelope`] |
 //! | are its contact tables right? | `contacts` |
 //! | what do the states exercise, and what not? | [`exercise`] |
@@ -52,6 +53,7 @@ pub mod frame;
 pub mod identify;
 pub mod invariance;
 pub mod judge;
+pub mod spheres;
 pub mod starts;
 
 use grains::tables::Snapshot;

@@ -623,7 +623,7 @@ fn under_the_highest_top(scene: &Scene, bed: &Bodies) -> Option<Scene> {
 }
 
 /// One of these.
-fn drawn<T: Clone, const N: usize>(source: &mut Source, choices: [T; N]) -> T {
+pub(crate) fn drawn<T: Clone, const N: usize>(source: &mut Source, choices: [T; N]) -> T {
     choices[source.below(N)].clone()
 }
 

@@ -251,7 +251,22 @@ fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
     assert_eq!(of.verdict(), Verdict::Identical);
     assert_eq!(of.unseen, Vec::<String>::new());
     assert!(of.counts.len() == 4 && of.counts.iter().all(|of| of.is_enough()));
-    for constant in Constant::all() {
+    // Others are in space alone.
+    let not_planar = [
+        "place of wall 3",
+        "place of wall 4",
+        "c_s",
+        "bending",
+        "twisting",
+        "η",
+        "γ",
+        "E of",
+    ];
+    let is_planar = |constant: &Constant| {
+        let mut others = not_planar.iter();
+        !others.any(|other| constant.symbol().starts_with(other))
+    };
+    for constant in Constant::all().filter(is_planar) {
         let limit = of.limits.iter().find(|of| of.constant == constant.symbol());
         let smallest = limit.map_or(f64::NAN, |of| of.smallest);
         assert!(smallest <= 1.0e-8, "{}: {smallest:e}", constant.symbol());

@@ -9,6 +9,7 @@ use super::contact::{self, ContactRules};
 use super::general;
 use super::health::{self, Trouble};
 use super::neighbours::{Neighbours, Share, Skin};
+use super::rounding::Shaker;
 use super::springs::{self, At, Sums};
 use super::state::{Constants, State};
 use super::sweep;
@@ -347,6 +348,21 @@ impl Dynamics {
     /// The step in space, where there is one.
     fn in_space(&self) -> Option<&Reference> {
         self.reference.as_deref().filter(|of| of.is_in_space())
+    }
+
+    /// Puts in rounding errors of another engine, before the first step or after one.
+    pub(super) fn shake(&mut self, noise: &mut Shaker) {
+        let Some(reference) = self.reference.as_mut().filter(|of| of.is_in_space()) else {
+            return noise.shake(&mut self.state, &self.constants);
+        };
+        let mut bodies = reference.bodies();
+        let loaded: Vec<bool> = reference
+            .loads()
+            .map(|(force, _)| force != [0.0; 3])
+            .collect();
+        noise.shake_in_space(&mut bodies, |id| loaded[id], &self.constants);
+        reference.put(&bodies, self.state.punch);
+        take_over(reference, &mut self.state);
     }
 
     /// Σ ½mv², then Σ ½Iω², J.

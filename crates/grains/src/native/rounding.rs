@@ -5,6 +5,7 @@ use rand_core::SeedableRng;
 
 use super::state::{Constants, State};
 use crate::generate::symmetric;
+use crate::tables::Bodies;
 
 /// How coarsely an engine computes. At the start and after each step every position and velocity is off by up to so much, and
 /// every grain that bears a force is kicked by what its contacts are off. A replica with an odd number makes the same errors in
@@ -51,7 +52,7 @@ impl Shaker {
             *self = self.noise.begin();
         }
         let off = self.noise;
-        let sum = (off.every as f64).sqrt();
+        let sum = self.steps_at_once();
         let coordinates = state.position.iter().flatten();
         let extent = coordinates.fold(0.0, |largest: f64, value| largest.max(value.abs()));
         let (length, share) = (sum * off.position * extent, sum * off.velocity);
@@ -79,5 +80,55 @@ impl Shaker {
                 state.spin[id] += turn * symmetric(&mut self.random);
             }
         }
+    }
+
+    /// The same of spheres in space, of which those with `loaded` bear a force.
+    pub(super) fn shake_in_space(
+        &mut self,
+        bodies: &mut Bodies,
+        loaded: impl Fn(usize) -> bool,
+        constants: &Constants,
+    ) {
+        if self.noise.replica % 2 == 1 {
+            *self = self.noise.begin();
+        }
+        let off = self.noise;
+        let sum = self.steps_at_once();
+        let coordinates = bodies.x.iter().chain(&bodies.y).chain(&bodies.z);
+        let extent = coordinates.fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        let (length, share) = (sum * off.position * extent, sum * off.velocity);
+        for id in 0..bodies.len() {
+            let (radius, mass) = (bodies.radius[id], bodies.mass[id]);
+            let stiffness = constants.law.usual_stiffness(radius);
+            let kick = match loaded(id) {
+                true => sum * constants.dt * stiffness * off.overlap / mass,
+                false => 0.0,
+            };
+            let axes = [
+                (&mut bodies.x, &mut bodies.vx),
+                (&mut bodies.y, &mut bodies.vy),
+                (&mut bodies.z, &mut bodies.vz),
+            ];
+            for (place, velocity) in axes {
+                let random = &mut self.random;
+                let kick = kick * symmetric(random);
+                velocity[id] *= 1.0 + share * symmetric(random);
+                velocity[id] += kick;
+                place[id] += length * symmetric(random) + constants.dt * kick;
+            }
+            let Some(inertia) = bodies.inertia.get(id) else {
+                continue;
+            };
+            let turn = kick * mass * radius / inertia;
+            for spin in [&mut bodies.spin_x, &mut bodies.spin, &mut bodies.spin_z] {
+                spin[id] *= 1.0 + share * symmetric(&mut self.random);
+                spin[id] += turn * symmetric(&mut self.random);
+            }
+        }
+    }
+
+    /// Errors of so many steps add up to so many times those of one.
+    fn steps_at_once(&self) -> f64 {
+        (self.noise.every as f64).sqrt()
     }
 }

@@ -227,13 +227,8 @@ impl Runner<'_> {
 
     /// Puts in the rounding errors of a replica.
     fn shake(&mut self) {
-        let Dynamics {
-            state, constants, ..
-        } = &mut self.dynamics;
         match &mut self.noise {
-            Some(noise) if self.step.is_multiple_of(noise.every()) => {
-                noise.shake(state, constants);
-            }
+            Some(noise) if self.step.is_multiple_of(noise.every()) => self.dynamics.shake(noise),
             _ => {}
         }
     }

@@ -118,7 +118,8 @@ impl Reference {
             }
         }
         let mut tangent = self.tangents[first as usize];
-        if !law.materials.is_empty() {
+        let has_its_own = law.friction_of_its_own(first).is_some();
+        if !law.materials.is_empty() && !has_its_own {
             tangent = one.friction_angle.min(two.friction_angle).tan();
         }
         Pair {
