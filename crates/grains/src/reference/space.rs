@@ -1,0 +1,628 @@
+//! The step of spheres in space with lists, contacts eight at a time: the operations of the step that is written out in the same
+//! order, so its bits, for the usual rules of contacts and laws with friction whose grains turn. Only what no rule changes is
+//! here; grains are moved by the reference, and contacts of the punch, which are few, are left to it.
+
+use multiversion::multiversion;
+
+use super::law::Pair;
+use super::touch::Touch;
+use super::{Ids, Memory, Motion, Reference, Touching, series};
+use crate::native::lanes::{LANES, Lanes, lanes};
+use crate::native::powers::Powers;
+use crate::native::state::Constants;
+use crate::rules::{Arms, NewContact, Rules, Slip, TensionRule};
+use crate::scene::{Springs, Viscosity};
+use crate::tables::Body;
+use crate::vector::{Vector, cross, dot, each, minus, plus, times};
+
+/// Lists of pairs that are near, and what they remember.
+#[derive(Clone)]
+pub(crate) struct Space {
+    powers: Powers,
+    /// Pairs of grains, then those of a wall and a grain, sorted by ids.
+    near: Vec<Near>,
+    kept: Kept,
+    /// How many are pairs of grains.
+    between: usize,
+    /// Where grains were when they were listed, m.
+    at: Vec<Vector>,
+    /// At which step that was, and how far apart surfaces are that are near, m.
+    listed: u64,
+    gap: f64,
+    /// Rows that touch or have touched before.
+    now: Vec<u32>,
+    /// The same at walls.
+    walls: Vec<(u32, Touch)>,
+}
+
+#[derive(Clone, Copy)]
+struct Near {
+    ids: Ids,
+    /// The distance of centres, squared, beyond which grains do not touch, m².
+    reach: f64,
+    touches: bool,
+}
+
+/// What near pairs remember, zeros where they do not touch. In columns, so that what a law does not use is not read.
+#[derive(Clone, Default)]
+struct Kept {
+    normal: Vec<Vector>,
+    shear: Vec<Vector>,
+    /// Bending and twisting; empty for laws without them.
+    moments: Vec<[Vector; 2]>,
+    pair: Vec<Pair>,
+    /// On body 2 at the last evaluation, N.
+    force: Vec<Vector>,
+}
+
+/// How far apart surfaces may be that are near, over the largest radius: at the start, the least and the most. A list that holds for
+/// many steps is shorter the next time, and the other way round.
+const NEAR: [f64; 3] = [0.1, 0.02, 0.4];
+const MANY_STEPS: u64 = 200;
+/// A square that rounding has made larger than that of the reach is not larger than this times it.
+const ROUNDING: f64 = 1.0 + 1.0e-12;
+
+impl Space {
+    /// Takes over what the reference's contacts remember, but those of the punch; none where this is no step for it.
+    pub fn of(reference: &mut Reference) -> Option<Self> {
+        let Constants { law, rules, .. } = &reference.constants;
+        let is_usual = law.resolved(Rules::default()) == *rules;
+        let whole_step = rules.new_contact == NewContact::WholeStep;
+        let plain = reference.variant.forms.is_empty() && reference.sizes.in_space;
+        if !(plain && is_usual && whole_step && law.rotates()) {
+            return None;
+        }
+        let punch = reference.constants.ids.punch();
+        let of_punch = |at: &[Ids]| at.partition_point(|ids| ids.0 < punch);
+        let ids: Vec<Ids> = reference.touching.iter().map(|of| of.ids).collect();
+        let touching: Vec<Touching> = reference.touching.drain(..of_punch(&ids)).collect();
+        let ids: Vec<Ids> = reference.memories.iter().map(|of| of.ids).collect();
+        let memories: Vec<Memory> = reference.memories.drain(..of_punch(&ids)).collect();
+        let mut memories = memories.into_iter().peekable();
+        let (mut near, mut kept) = (Vec::new(), Kept::default());
+        let has_moments = reference.constants.law.contact.rolling.is_some();
+        for Touching { ids, force, .. } in touching {
+            while memories.next_if(|memory| memory.ids < ids).is_some() {}
+            near.push(Near {
+                ids,
+                reach: 0.0,
+                touches: true,
+            });
+            let memory = memories.next_if(|memory| memory.ids == ids);
+            let memory = memory.unwrap_or_else(|| Memory::new(ids, reference.pair(ids)));
+            kept.push(memory, force, has_moments);
+        }
+        Some(Space {
+            powers: Powers::new(),
+            near,
+            kept,
+            between: 0,
+            at: Vec::new(),
+            listed: 0,
+            gap: NEAR[0] * reference.largest_radius(),
+            now: Vec::new(),
+            walls: Vec::new(),
+        })
+    }
+
+    /// Gives the contacts back.
+    pub fn hand_back(&self, reference: &mut Reference) {
+        let rows = self.near.iter().enumerate();
+        let rows = rows.filter(|(_, near)| near.touches);
+        let (mut memories, mut touching) = (Vec::new(), Vec::new());
+        for (at, Near { ids, .. }) in rows {
+            let touch = match reference.constants.ids.body(ids.0) {
+                Body::Grain => reference.grains(*ids),
+                _ => reference.wall(*ids, reference.constants.wall_of(ids.0)),
+            };
+            let (ids, force) = (*ids, self.kept.force[at]);
+            touching.extend(touch.map(|touch| Touching { ids, touch, force }));
+            memories.push(self.kept.memory(at, ids));
+        }
+        reference.memories.splice(0..0, memories);
+        reference.touching.splice(0..0, touching);
+    }
+
+    /// One time step.
+    pub fn step(&mut self, reference: &mut Reference) {
+        reference.advance();
+        if reference.have_gone(&self.at, self.gap) {
+            self.list(reference);
+        }
+        reference.clear_sums();
+        self.find(reference);
+        act(self, reference);
+        if reference.felt.is_some() {
+            let mut touching = std::mem::take(&mut reference.touching);
+            touching.clear();
+            reference.find_at_punch(&mut touching);
+            reference.add_forces(touching);
+        }
+    }
+
+    /// Lists those that are near; rows stay those of the same pairs.
+    fn list(&mut self, reference: &Reference) {
+        let radius = &reference.sizes.radius;
+        let held = reference.steps - std::mem::replace(&mut self.listed, reference.steps);
+        let [_, least, most] = NEAR.map(|near| near * reference.largest_radius());
+        let change = if held > MANY_STEPS { 0.7 } else { 1.0 / 0.7 };
+        self.gap = (change * self.gap).clamp(least, most);
+        let gap = self.gap;
+        let found = reference.near_pairs(gap);
+        self.at = found.at;
+        let apart = |ids, reach| Near {
+            ids,
+            reach,
+            touches: false,
+        };
+        let between = found.pairs.into_iter().map(|ids| {
+            let sum = radius[ids.0 as usize] + radius[ids.1 as usize];
+            apart(ids, sum * sum * ROUNDING)
+        });
+        let mut near: Vec<Near> = between.collect();
+        self.between = near.len();
+        let constants = &reference.constants;
+        for (index, wall) in constants.walls.iter().enumerate() {
+            let (axis, id) = (wall.axis.in_space(), constants.ids.wall(index));
+            let grains = (0..).zip(self.at.iter().zip(radius));
+            let at_wall = grains
+                .filter(|(_, (at, radius))| (at[axis] - wall.place).abs() <= **radius + gap)
+                .map(|(grain, _)| apart((id, grain), 0.0));
+            near.extend(at_wall);
+        }
+        let before = std::mem::take(&mut self.kept);
+        let mut old = self.near.iter().enumerate().peekable();
+        let has_moments = constants.law.contact.rolling.is_some();
+        for now in &mut near {
+            while old.next_if(|(_, old)| old.ids < now.ids).is_some() {}
+            let (memory, force) = match old.next_if(|(_, old)| old.ids == now.ids) {
+                Some((at, old)) => {
+                    now.touches = old.touches;
+                    (before.memory(at, now.ids), before.force[at])
+                }
+                None => (Memory::new(now.ids, reference.pair(now.ids)), [0.0; 3]),
+            };
+            self.kept.push(memory, force, has_moments);
+        }
+        self.near = near;
+    }
+
+    /// Finds those that may touch, and those that have touched and must forget.
+    fn find(&mut self, reference: &Reference) {
+        let motions = reference.motions.as_slice();
+        self.now.resize(self.between, 0);
+        let mut count = 0;
+        let (between, at_walls) = self.near.split_at(self.between);
+        for (at, near) in (0..).zip(between) {
+            let (one, two) = (near.ids.0 as usize, near.ids.1 as usize);
+            let way = minus(motions[two].place, motions[one].place);
+            self.now[count] = at;
+            // Without a branch, which would be guessed wrong.
+            count += usize::from((dot(way, way) <= near.reach) | near.touches);
+        }
+        self.now.truncate(count);
+        self.walls.clear();
+        for (at, near) in (self.between as u32..).zip(at_walls) {
+            let touch = reference.wall(near.ids, reference.constants.wall_of(near.ids.0));
+            if touch.is_some() || near.touches {
+                self.walls.push((at, touch.unwrap_or(Touch::NONE)));
+            }
+        }
+    }
+}
+
+impl Memory {
+    /// Of a pair that does not touch.
+    fn new(ids: Ids, pair: Pair) -> Self {
+        let none = [0.0; 3];
+        Memory {
+            ids,
+            normal: none,
+            shear: none,
+            bending: none,
+            twisting: none,
+            pair,
+        }
+    }
+}
+
+impl Kept {
+    fn push(&mut self, memory: Memory, force: Vector, has_moments: bool) {
+        self.normal.push(memory.normal);
+        self.shear.push(memory.shear);
+        let moments = has_moments.then_some([memory.bending, memory.twisting]);
+        self.moments.extend(moments);
+        self.pair.push(memory.pair);
+        self.force.push(force);
+    }
+
+    fn memory(&self, at: usize, ids: Ids) -> Memory {
+        let [bending, twisting] = self.moments.get(at).copied().unwrap_or_default();
+        Memory {
+            ids,
+            normal: self.normal[at],
+            shear: self.shear[at],
+            bending,
+            twisting,
+            pair: self.pair[at],
+        }
+    }
+
+    /// Remembers what the contact in this lane has done; whether there is one.
+    #[inline(always)]
+    fn keep(&mut self, (at, lane): (usize, usize), touches: &Touches, actions: &Actions) -> bool {
+        let is_one = touches.overlap.0[lane] >= 0.0;
+        if is_one {
+            self.normal[at] = in_lane(&touches.normal, lane);
+            self.shear[at] = in_lane(&actions.shear, lane);
+            self.force[at] = in_lane(&actions.force, lane);
+        } else {
+            self.shear[at] = [0.0; 3];
+        }
+        if let Some(moments) = self.moments.get_mut(at) {
+            *moments = both(actions.moments, |of| {
+                if is_one { in_lane(&of, lane) } else { [0.0; 3] }
+            });
+        }
+        is_one
+    }
+}
+
+type Vectors = Vector<Lanes>;
+
+/// How eight bodies move.
+#[derive(Clone, Copy)]
+struct Motions {
+    place: Vectors,
+    velocity: Vectors,
+    spin: Vectors,
+}
+
+impl Motions {
+    /// Velocities of the bodies at these points, m/s.
+    #[inline(always)]
+    fn at(&self, point: Vectors) -> Vectors {
+        let arm = minus(point, self.place);
+        plus(self.velocity, cross(self.spin, arm))
+    }
+}
+
+/// Turned with the normal and about it.
+#[inline(always)]
+fn turned(vector: Vectors, [turn, about]: [Vectors; 2]) -> Vectors {
+    let vector = minus(vector, cross(vector, turn));
+    minus(vector, cross(vector, about))
+}
+
+/// Where eight pairs touch.
+struct Touches {
+    overlap: Lanes,
+    normal: Vectors,
+    point: Vectors,
+    radii: [Lanes; 2],
+}
+
+/// What eight contacts do, as [`Action`](super::law::Action) says of one.
+struct Actions {
+    force: Vectors,
+    torques: [Vectors; 2],
+    moment: Vectors,
+    /// Bending and twisting on body 2.
+    moments: [Vectors; 2],
+    /// What the tangential spring keeps.
+    shear: Vectors,
+}
+
+#[inline(always)]
+fn lanes_of<T: Copy, U>(items: [T; LANES], of: impl Fn(T) -> U) -> [U; LANES] {
+    lanes(|lane| of(items[lane]))
+}
+
+#[inline(always)]
+fn both<T: Copy, U>([one, two]: [T; 2], of: impl Fn(T) -> U) -> [U; 2] {
+    [of(one), of(two)]
+}
+
+/// By reference: a copy of all lanes takes longer than the one number.
+#[inline(always)]
+fn in_lane(vectors: &Vectors, lane: usize) -> Vector {
+    [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
+}
+
+/// Of references, as copies would go by way of memory.
+#[inline(always)]
+fn vectors<'a, T: Copy>(items: [T; LANES], part: impl Fn(T) -> &'a Vector) -> Vectors {
+    let of = lanes_of(items, part);
+    [
+        Lanes(lanes(|lane| of[lane][0])),
+        Lanes(lanes(|lane| of[lane][1])),
+        Lanes(lanes(|lane| of[lane][2])),
+    ]
+}
+
+#[inline(always)]
+fn numbers<T: Copy>(items: [T; LANES], part: impl Fn(T) -> f64) -> Lanes {
+    Lanes(lanes(|lane| part(items[lane])))
+}
+
+#[inline(always)]
+fn motions(of: [&Motion; LANES]) -> Motions {
+    Motions {
+        place: vectors(of, |of| &of.place),
+        velocity: vectors(of, |of| &of.velocity),
+        spin: vectors(of, |of| &of.spin),
+    }
+}
+
+/// What contacts between grains and at walls do, added to the sums. Compiled for the widest vector unit that the machine has.
+#[multiversion(targets("x86_64+avx2+fma"))]
+fn act(space: &mut Space, reference: &mut Reference) {
+    let Reference {
+        motions: moving,
+        sizes,
+        force,
+        torque,
+        constants,
+        ..
+    } = reference;
+    let Space {
+        near, kept, now, ..
+    } = space;
+    let laws = Laws {
+        constants,
+        powers: space.powers,
+        has_moments: !kept.moments.is_empty(),
+    };
+    for now in now.chunks(LANES) {
+        // Lanes without a row do what the first does, and nobody looks at them.
+        let at = lanes(|lane| *now.get(lane).unwrap_or(&now[0]) as usize);
+        let ids = lanes_of(at, |at| near[at].ids);
+        let [ones, twos] = [
+            lanes_of(ids, |ids| ids.0 as usize),
+            lanes_of(ids, |ids| ids.1 as usize),
+        ];
+        let on = [
+            motions(lanes_of(ones, |one| &moving[one])),
+            motions(lanes_of(twos, |two| &moving[two])),
+        ];
+        let radii = [
+            numbers(ones, |one| sizes.radius[one]),
+            numbers(twos, |two| sizes.radius[two]),
+        ];
+        let way = minus(on[1].place, on[0].place);
+        let distance = dot(way, way).sqrt();
+        let overlap = radii[0] + radii[1] - distance;
+        let normal = each(way, |part| part / distance);
+        let arm = radii[0] - Lanes::all(0.5) * overlap;
+        let touches = Touches {
+            overlap,
+            normal,
+            point: plus(on[0].place, times(arm, normal)),
+            radii,
+        };
+        let actions = laws.act(&touches, &on, kept, at);
+        for lane in 0..now.len() {
+            near[at[lane]].touches = kept.keep((at[lane], lane), &touches, &actions);
+            if !near[at[lane]].touches {
+                continue;
+            }
+            let (one, two) = (ones[lane], twos[lane]);
+            let on_two = in_lane(&actions.force, lane);
+            force[one] = minus(force[one], on_two);
+            force[two] = plus(force[two], on_two);
+            let [on_one, by_force] = both([0, 1], |side| in_lane(&actions.torques[side], lane));
+            torque[one] = plus(torque[one], on_one);
+            torque[two] = plus(torque[two], by_force);
+            if laws.has_moments {
+                let moment = in_lane(&actions.moment, lane);
+                torque[one] = minus(torque[one], moment);
+                torque[two] = plus(torque[two], moment);
+            }
+        }
+    }
+    for now in space.walls.chunks(LANES) {
+        let rows = lanes(|lane| now.get(lane).unwrap_or(&now[0]));
+        let at = lanes_of(rows, |row| row.0 as usize);
+        let twos = lanes_of(at, |at| near[at].ids.1 as usize);
+        let still = Motion::default();
+        let on = [
+            motions([&still; LANES]),
+            motions(lanes_of(twos, |two| &moving[two])),
+        ];
+        let touches = Touches {
+            overlap: numbers(rows, |row| row.1.overlap),
+            normal: vectors(rows, |row| &row.1.normal),
+            point: vectors(rows, |row| &row.1.point),
+            radii: [numbers(rows, |row| row.1.radii[0]); 2],
+        };
+        let actions = laws.act(&touches, &on, kept, at);
+        for lane in 0..now.len() {
+            near[at[lane]].touches = kept.keep((at[lane], lane), &touches, &actions);
+            if near[at[lane]].touches {
+                let two = twos[lane];
+                force[two] = plus(force[two], in_lane(&actions.force, lane));
+                torque[two] = plus(torque[two], in_lane(&actions.torques[1], lane));
+                if laws.has_moments {
+                    torque[two] = plus(torque[two], in_lane(&actions.moment, lane));
+                }
+            }
+        }
+    }
+}
+
+/// What eight contacts do by the law.
+struct Laws<'a> {
+    constants: &'a Constants,
+    powers: Powers,
+    has_moments: bool,
+}
+
+impl Laws<'_> {
+    /// As the reference's `act`.
+    #[inline(always)]
+    fn act(&self, touch: &Touches, on: &[Motions; 2], kept: &Kept, at: [usize; LANES]) -> Actions {
+        let (constants, law, rules) = (self.constants, &self.constants.law, &self.constants.rules);
+        let (all, none) = (Lanes::all, [Lanes::all(0.0); 3]);
+        let contact = &law.contact;
+        let is_linear = contact.springs == Springs::Linear;
+        let dashpots = law.has_dashpots();
+        let clips = dashpots && rules.tension == TensionRule::Cut;
+        let dt = all(constants.dt);
+        let pair = lanes_of(at, |at| &kept.pair[at]);
+        let [k_n, k_s] = [
+            numbers(pair, |pair| pair.k_n),
+            numbers(pair, |pair| pair.k_s),
+        ];
+        let mass = numbers(pair, |pair| pair.mass);
+        let tangent = numbers(pair, |pair| pair.tangent);
+        let pull = numbers(pair, |pair| pair.pull);
+        let Touches {
+            overlap: u,
+            normal: n,
+            ..
+        } = *touch;
+
+        // The constants at this overlap.
+        let (elastic, k_n, k_s) = match is_linear {
+            true => (k_n * u, k_n, k_s),
+            false => {
+                let [root, power] = self.powers.of(u);
+                (k_n * power, all(1.5) * k_n * root, k_s * root)
+            }
+        };
+        let by_ratio = |ratio: f64, k: Lanes| all(2.0 * ratio) * (mass * k).sqrt();
+        let [normal_ratio, along_ratio] = constants.damping_ratios;
+
+        // The normal force.
+        let with_points = dashpots || rules.slip == Slip::ContactPoint;
+        let at_contact_point = match with_points {
+            true => minus(on[1].at(touch.point), on[0].at(touch.point)),
+            false => none,
+        };
+        let c_n = match contact.viscosity {
+            Viscosity::Dashpot { c_n, .. } => all(series(c_n, c_n)),
+            _ if dashpots => by_ratio(normal_ratio, k_n),
+            _ => all(0.0),
+        };
+        let normal_force = if is_linear {
+            let mut force = elastic;
+            if dashpots {
+                force = force - c_n * dot(n, at_contact_point);
+            }
+            let pulls = all(0.0).exceeds(force);
+            match clips {
+                true => pulls.choose(none, times(force, n)),
+                false => times(force, n),
+            }
+        } else {
+            let spring = times(elastic - pull, n);
+            if dashpots {
+                let viscous = times(c_n, times(dot(n, at_contact_point), n));
+                let force = minus(spring, viscous);
+                let pushes = dot(force, n).reaches(all(0.0));
+                match (clips, contact.adhesion) {
+                    (false, _) => force,
+                    (true, None) => pushes.choose(force, none),
+                    (true, Some(_)) => {
+                        let size = dot(viscous, viscous).sqrt();
+                        let twice = minus(spring, times(pull, each(viscous, |part| part / size)));
+                        let cut = size.exceeds(pull).choose(twice, force);
+                        pushes.choose(force, cut)
+                    }
+                }
+            } else {
+                spring
+            }
+        };
+
+        // The tangential force.
+        let before = vectors(at, |at| &kept.normal[at]);
+        let turn = cross(before, n);
+        let spins = plus(on[0].spin, on[1].spin);
+        let about = times(all(0.5 * constants.dt) * dot(before, spins), before);
+        let turns = [turn, about];
+        let [r1, r2] = touch.radii;
+        let relative = match rules.slip {
+            Slip::ContactPoint => at_contact_point,
+            _ => {
+                let stretch = (r1 + r2) / (r1 + r2 - u);
+                let relative = times(stretch, minus(on[1].velocity, on[0].velocity));
+                minus(
+                    plus(relative, cross(on[1].spin, times(-r2, n))),
+                    cross(on[0].spin, times(r1, n)),
+                )
+            }
+        };
+        let slip = minus(relative, times(dot(n, relative), n));
+        let growth = match dashpots && is_linear {
+            false => times(k_s, times(dt, slip)),
+            true => times(k_s * dt, slip),
+        };
+        let shear = minus(turned(vectors(at, |at| &kept.shear[at]), turns), growth);
+        let size_squared = dot(normal_force, normal_force);
+        let (limit, limit_squared) = match is_linear {
+            true => {
+                let squared = size_squared * (tangent * tangent);
+                (squared.sqrt(), squared)
+            }
+            false => {
+                let limit = (size_squared.sqrt() + pull) * tangent;
+                (limit, limit * limit)
+            }
+        };
+        let squared = dot(shear, shear);
+        let slides = squared.exceeds(limit_squared);
+        let shear = slides.choose(times(limit / squared.sqrt(), shear), shear);
+        let tangential = match dashpots && !is_linear {
+            true => {
+                let c_s = by_ratio(along_ratio, k_s);
+                let braking = times(-c_s, each(times(dt, slip), |way| way / dt));
+                slides.choose(shear, plus(shear, braking))
+            }
+            false => shear,
+        };
+        let force = plus(normal_force, tangential);
+
+        // Moments against rolling and twisting.
+        let mut moments = [none; 2];
+        if let Some(rolling) = contact.rolling {
+            let relative = minus(on[1].spin, on[0].spin);
+            let twist = times(dot(relative, n), n);
+            let grown = |before: Vectors, stiffness: f64, rate: Vectors| {
+                minus(before, times(all(stiffness), times(dt, rate)))
+            };
+            let bending = turned(vectors(at, |at| &kept.moments[at][0]), turns);
+            let mut bending = grown(bending, rolling.bending_stiffness, minus(relative, twist));
+            let twisting = turned(vectors(at, |at| &kept.moments[at][1]), turns);
+            let twisting = grown(twisting, rolling.twisting_stiffness, twist);
+            if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0) {
+                let force = size_squared.sqrt();
+                let most = force * (all(limit) * ((r1 + r2) / all(2.0)));
+                let size = dot(bending, bending).sqrt();
+                let is_cut = size.exceeds(most).and(force.exceeds(all(0.0)));
+                bending = is_cut.choose(times(most / size, bending), bending);
+            }
+            moments = [bending, twisting];
+        }
+
+        // Torques of the force.
+        let on_first = each(force, |part| -part);
+        let torques = match rules.torque_arms {
+            Arms::ContactPoint => {
+                let [one, two] = both([0, 1], |side| minus(touch.point, on[side].place));
+                [cross(one, on_first), cross(two, force)]
+            }
+            _ => {
+                let turn = cross(n, on_first);
+                both(touch.radii, |radius| times(radius - all(0.5) * u, turn))
+            }
+        };
+        Actions {
+            force,
+            torques,
+            moment: plus(moments[0], moments[1]),
+            moments,
+            shear,
+        }
+    }
+}
