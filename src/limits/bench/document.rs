@@ -21,6 +21,7 @@ impl Bench {
                 ", with friction",
                 &self.friction_bits,
             ),
+            ("bench/bits-space", ", spheres in space", &self.space_bits),
         ];
         for (id, with, bits) in ways {
             let Some(bits) = bits else { continue };
@@ -86,6 +87,12 @@ impl Bench {
         } + &match &self.friction_bits {
             Some(bits) => format!(
                 " With friction, spins too: {} of {} differ.",
+                bits.differing, bits.numbers
+            ),
+            None => String::new(),
+        } + &match &self.space_bits {
+            Some(bits) => format!(
+                " Of spheres in space {} of {}.",
                 bits.differing, bits.numbers
             ),
             None => String::new(),

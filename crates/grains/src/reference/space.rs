@@ -7,7 +7,7 @@ use multiversion::multiversion;
 use super::law::Pair;
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, Touching, series};
-use crate::native::lanes::{LANES, Lanes, lanes};
+use crate::native::lanes::{LANES, Lanes};
 use crate::native::powers::Powers;
 use crate::native::state::Constants;
 use crate::rules::{Arms, NewContact, Rules, Slip, TensionRule};
@@ -131,7 +131,7 @@ impl Space {
         }
         reference.clear_sums();
         self.find(reference);
-        act(self, reference);
+        add(self, reference);
         if reference.felt.is_some() {
             let mut touching = std::mem::take(&mut reference.touching);
             touching.clear();
@@ -248,30 +248,27 @@ impl Kept {
         }
     }
 
-    /// Remembers what the contact in this lane has done; whether there is one.
-    #[inline(always)]
-    fn keep(&mut self, (at, lane): (usize, usize), touches: &Touches, actions: &Actions) -> bool {
-        let is_one = touches.overlap.0[lane] >= 0.0;
-        if is_one {
-            self.normal[at] = in_lane(&touches.normal, lane);
-            self.shear[at] = in_lane(&actions.shear, lane);
-            self.force[at] = in_lane(&actions.force, lane);
-        } else {
-            self.shear[at] = [0.0; 3];
-        }
+    /// Remembers what the contact in this lane has done, forgets what is none any more; says whether there is one.
+    fn keep(&mut self, at: usize, block: &Block, lane: usize) -> bool {
+        let touches = block.overlap.0[lane] >= 0.0;
+        let of = |vectors: &Vectors| match touches {
+            true => in_lane(vectors, lane),
+            false => [0.0; 3],
+        };
+        self.normal[at] = of(&block.normal);
+        self.shear[at] = of(&block.shear);
+        self.force[at] = of(&block.force);
         if let Some(moments) = self.moments.get_mut(at) {
-            *moments = both(actions.moments, |of| {
-                if is_one { in_lane(&of, lane) } else { [0.0; 3] }
-            });
+            *moments = [of(&block.moments[0]), of(&block.moments[1])];
         }
-        is_one
+        touches
     }
 }
 
 type Vectors = Vector<Lanes>;
 
 /// How eight bodies move.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Motions {
     place: Vectors,
     velocity: Vectors,
@@ -294,71 +291,84 @@ fn turned(vector: Vectors, [turn, about]: [Vectors; 2]) -> Vectors {
     minus(vector, cross(vector, about))
 }
 
-/// Where eight pairs touch.
-struct Touches {
+/// Eight contacts: what goes into the law and what comes of it.
+#[derive(Clone, Copy, Default)]
+struct Block {
+    on: [Motions; 2],
+    radii: [Lanes; 2],
+    /// Where they touch: at walls it is given.
     overlap: Lanes,
     normal: Vectors,
     point: Vectors,
-    radii: [Lanes; 2],
-}
-
-/// What eight contacts do, as [`Action`](super::law::Action) says of one.
-struct Actions {
+    k_n: Lanes,
+    k_s: Lanes,
+    mass: Lanes,
+    tangent: Lanes,
+    pull: Lanes,
+    /// The normal of the step before.
+    before: Vectors,
+    /// What springs remember, before the step and after it.
+    shear: Vectors,
+    moments: [Vectors; 2],
+    /// As [`Action`](super::law::Action) says of one contact.
     force: Vectors,
     torques: [Vectors; 2],
     moment: Vectors,
-    /// Bending and twisting on body 2.
-    moments: [Vectors; 2],
-    /// What the tangential spring keeps.
-    shear: Vectors,
 }
 
-#[inline(always)]
-fn lanes_of<T: Copy, U>(items: [T; LANES], of: impl Fn(T) -> U) -> [U; LANES] {
-    lanes(|lane| of(items[lane]))
+/// Blocks that are filled, worked out and read together: what has just been written in parts is not yet read as a whole.
+const BLOCKS: usize = 4;
+
+fn put(to: &mut Vectors, lane: usize, vector: &Vector) {
+    for (to, part) in to.iter_mut().zip(vector) {
+        to.0[lane] = *part;
+    }
 }
 
-#[inline(always)]
-fn both<T: Copy, U>([one, two]: [T; 2], of: impl Fn(T) -> U) -> [U; 2] {
-    [of(one), of(two)]
-}
-
-/// By reference: a copy of all lanes takes longer than the one number.
-#[inline(always)]
 fn in_lane(vectors: &Vectors, lane: usize) -> Vector {
     [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
 }
 
-/// Of references, as copies would go by way of memory.
-#[inline(always)]
-fn vectors<'a, T: Copy>(items: [T; LANES], part: impl Fn(T) -> &'a Vector) -> Vectors {
-    let of = lanes_of(items, part);
-    [
-        Lanes(lanes(|lane| of[lane][0])),
-        Lanes(lanes(|lane| of[lane][1])),
-        Lanes(lanes(|lane| of[lane][2])),
-    ]
-}
+impl Block {
+    fn move_one(&mut self, side: usize, lane: usize, motion: &Motion) {
+        let on = &mut self.on[side];
+        put(&mut on.place, lane, &motion.place);
+        put(&mut on.velocity, lane, &motion.velocity);
+        put(&mut on.spin, lane, &motion.spin);
+    }
 
-#[inline(always)]
-fn numbers<T: Copy>(items: [T; LANES], part: impl Fn(T) -> f64) -> Lanes {
-    Lanes(lanes(|lane| part(items[lane])))
-}
+    fn remember(&mut self, lane: usize, kept: &Kept, at: usize) {
+        put(&mut self.before, lane, &kept.normal[at]);
+        put(&mut self.shear, lane, &kept.shear[at]);
+        if let Some(moments) = kept.moments.get(at) {
+            put(&mut self.moments[0], lane, &moments[0]);
+            put(&mut self.moments[1], lane, &moments[1]);
+        }
+        let pair = &kept.pair[at];
+        self.k_n.0[lane] = pair.k_n;
+        self.k_s.0[lane] = pair.k_s;
+        self.mass.0[lane] = pair.mass;
+        self.tangent.0[lane] = pair.tangent;
+        self.pull.0[lane] = pair.pull;
+    }
 
-#[inline(always)]
-fn motions(of: [&Motion; LANES]) -> Motions {
-    Motions {
-        place: vectors(of, |of| &of.place),
-        velocity: vectors(of, |of| &of.velocity),
-        spin: vectors(of, |of| &of.spin),
+    /// Where grains touch.
+    #[inline(always)]
+    fn meet(&mut self) {
+        let [one, two] = [&self.on[0].place, &self.on[1].place];
+        let way = minus(*two, *one);
+        let distance = dot(way, way).sqrt();
+        self.overlap = self.radii[0] + self.radii[1] - distance;
+        self.normal = each(way, |part| part / distance);
+        let arm = self.radii[0] - Lanes::all(0.5) * self.overlap;
+        self.point = plus(*one, times(arm, self.normal));
     }
 }
 
-/// What contacts between grains and at walls do, added to the sums. Compiled for the widest vector unit that the machine has.
-#[multiversion(targets("x86_64+avx2+fma"))]
-fn act(space: &mut Space, reference: &mut Reference) {
+/// What contacts between grains and at walls do, added to the sums.
+fn add(space: &mut Space, reference: &mut Reference) {
     let Reference {
-        motions: moving,
+        motions,
         sizes,
         force,
         torque,
@@ -366,87 +376,89 @@ fn act(space: &mut Space, reference: &mut Reference) {
         ..
     } = reference;
     let Space {
-        near, kept, now, ..
+        near,
+        kept,
+        now,
+        walls,
+        powers,
+        ..
     } = space;
+    let has_moments = !kept.moments.is_empty();
     let laws = Laws {
         constants,
-        powers: space.powers,
-        has_moments: !kept.moments.is_empty(),
+        powers: *powers,
     };
-    for now in now.chunks(LANES) {
-        // Lanes without a row do what the first does, and nobody looks at them.
-        let at = lanes(|lane| *now.get(lane).unwrap_or(&now[0]) as usize);
-        let ids = lanes_of(at, |at| near[at].ids);
-        let [ones, twos] = [
-            lanes_of(ids, |ids| ids.0 as usize),
-            lanes_of(ids, |ids| ids.1 as usize),
-        ];
-        let on = [
-            motions(lanes_of(ones, |one| &moving[one])),
-            motions(lanes_of(twos, |two| &moving[two])),
-        ];
-        let radii = [
-            numbers(ones, |one| sizes.radius[one]),
-            numbers(twos, |two| sizes.radius[two]),
-        ];
-        let way = minus(on[1].place, on[0].place);
-        let distance = dot(way, way).sqrt();
-        let overlap = radii[0] + radii[1] - distance;
-        let normal = each(way, |part| part / distance);
-        let arm = radii[0] - Lanes::all(0.5) * overlap;
-        let touches = Touches {
-            overlap,
-            normal,
-            point: plus(on[0].place, times(arm, normal)),
-            radii,
-        };
-        let actions = laws.act(&touches, &on, kept, at);
-        for lane in 0..now.len() {
-            near[at[lane]].touches = kept.keep((at[lane], lane), &touches, &actions);
-            if !near[at[lane]].touches {
-                continue;
-            }
-            let (one, two) = (ones[lane], twos[lane]);
-            let on_two = in_lane(&actions.force, lane);
-            force[one] = minus(force[one], on_two);
-            force[two] = plus(force[two], on_two);
-            let [on_one, by_force] = both([0, 1], |side| in_lane(&actions.torques[side], lane));
-            torque[one] = plus(torque[one], on_one);
-            torque[two] = plus(torque[two], by_force);
-            if laws.has_moments {
-                let moment = in_lane(&actions.moment, lane);
-                torque[one] = minus(torque[one], moment);
-                torque[two] = plus(torque[two], moment);
+    let mut blocks = [Block::default(); BLOCKS];
+    for now in now.chunks(BLOCKS * LANES) {
+        for (block, now) in blocks.iter_mut().zip(now.chunks(LANES)) {
+            for (lane, at) in now.iter().enumerate() {
+                let Near { ids, .. } = near[*at as usize];
+                for (side, id) in [ids.0, ids.1].into_iter().enumerate() {
+                    block.move_one(side, lane, &motions[id as usize]);
+                    block.radii[side].0[lane] = sizes.radius[id as usize];
+                }
+                block.remember(lane, kept, *at as usize);
             }
         }
-    }
-    for now in space.walls.chunks(LANES) {
-        let rows = lanes(|lane| now.get(lane).unwrap_or(&now[0]));
-        let at = lanes_of(rows, |row| row.0 as usize);
-        let twos = lanes_of(at, |at| near[at].ids.1 as usize);
-        let still = Motion::default();
-        let on = [
-            motions([&still; LANES]),
-            motions(lanes_of(twos, |two| &moving[two])),
-        ];
-        let touches = Touches {
-            overlap: numbers(rows, |row| row.1.overlap),
-            normal: vectors(rows, |row| &row.1.normal),
-            point: vectors(rows, |row| &row.1.point),
-            radii: [numbers(rows, |row| row.1.radii[0]); 2],
-        };
-        let actions = laws.act(&touches, &on, kept, at);
-        for lane in 0..now.len() {
-            near[at[lane]].touches = kept.keep((at[lane], lane), &touches, &actions);
-            if near[at[lane]].touches {
-                let two = twos[lane];
-                force[two] = plus(force[two], in_lane(&actions.force, lane));
-                torque[two] = plus(torque[two], in_lane(&actions.torques[1], lane));
-                if laws.has_moments {
-                    torque[two] = plus(torque[two], in_lane(&actions.moment, lane));
+        act(&mut blocks[..now.len().div_ceil(LANES)], &laws, false);
+        for (block, now) in blocks.iter().zip(now.chunks(LANES)) {
+            for (lane, at) in now.iter().enumerate() {
+                let at = *at as usize;
+                near[at].touches = kept.keep(at, block, lane);
+                if !near[at].touches {
+                    continue;
+                }
+                let (one, two) = (near[at].ids.0 as usize, near[at].ids.1 as usize);
+                let on_two = in_lane(&block.force, lane);
+                force[one] = minus(force[one], on_two);
+                force[two] = plus(force[two], on_two);
+                torque[one] = plus(torque[one], in_lane(&block.torques[0], lane));
+                torque[two] = plus(torque[two], in_lane(&block.torques[1], lane));
+                if has_moments {
+                    let moment = in_lane(&block.moment, lane);
+                    torque[one] = minus(torque[one], moment);
+                    torque[two] = plus(torque[two], moment);
                 }
             }
         }
+    }
+    let block = &mut blocks[0];
+    block.on[0] = Motions::default();
+    for now in walls.chunks(LANES) {
+        for (lane, (at, touch)) in now.iter().enumerate() {
+            let at = *at as usize;
+            block.move_one(1, lane, &motions[near[at].ids.1 as usize]);
+            block.radii[0].0[lane] = touch.radii[0];
+            block.radii[1].0[lane] = touch.radii[1];
+            block.overlap.0[lane] = touch.overlap;
+            put(&mut block.normal, lane, &touch.normal);
+            put(&mut block.point, lane, &touch.point);
+            block.remember(lane, kept, at);
+        }
+        act(std::slice::from_mut(block), &laws, true);
+        for (lane, (at, _)) in now.iter().enumerate() {
+            let at = *at as usize;
+            near[at].touches = kept.keep(at, block, lane);
+            if near[at].touches {
+                let two = near[at].ids.1 as usize;
+                force[two] = plus(force[two], in_lane(&block.force, lane));
+                torque[two] = plus(torque[two], in_lane(&block.torques[1], lane));
+                if has_moments {
+                    torque[two] = plus(torque[two], in_lane(&block.moment, lane));
+                }
+            }
+        }
+    }
+}
+
+/// What they do. Compiled for the widest vector unit that the machine has.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+fn act(blocks: &mut [Block], laws: &Laws, at_walls: bool) {
+    for block in blocks {
+        if !at_walls {
+            block.meet();
+        }
+        laws.act(block);
     }
 }
 
@@ -454,13 +466,12 @@ fn act(space: &mut Space, reference: &mut Reference) {
 struct Laws<'a> {
     constants: &'a Constants,
     powers: Powers,
-    has_moments: bool,
 }
 
 impl Laws<'_> {
     /// As the reference's `act`.
     #[inline(always)]
-    fn act(&self, touch: &Touches, on: &[Motions; 2], kept: &Kept, at: [usize; LANES]) -> Actions {
+    fn act(&self, block: &mut Block) {
         let (constants, law, rules) = (self.constants, &self.constants.law, &self.constants.rules);
         let (all, none) = (Lanes::all, [Lanes::all(0.0); 3]);
         let contact = &law.contact;
@@ -468,19 +479,15 @@ impl Laws<'_> {
         let dashpots = law.has_dashpots();
         let clips = dashpots && rules.tension == TensionRule::Cut;
         let dt = all(constants.dt);
-        let pair = lanes_of(at, |at| &kept.pair[at]);
-        let [k_n, k_s] = [
-            numbers(pair, |pair| pair.k_n),
-            numbers(pair, |pair| pair.k_s),
-        ];
-        let mass = numbers(pair, |pair| pair.mass);
-        let tangent = numbers(pair, |pair| pair.tangent);
-        let pull = numbers(pair, |pair| pair.pull);
-        let Touches {
-            overlap: u,
-            normal: n,
+        let Block {
+            k_n,
+            k_s,
+            mass,
+            tangent,
+            pull,
             ..
-        } = *touch;
+        } = *block;
+        let (u, n, on) = (block.overlap, block.normal, &block.on);
 
         // The constants at this overlap.
         let (elastic, k_n, k_s) = match is_linear {
@@ -496,7 +503,7 @@ impl Laws<'_> {
         // The normal force.
         let with_points = dashpots || rules.slip == Slip::ContactPoint;
         let at_contact_point = match with_points {
-            true => minus(on[1].at(touch.point), on[0].at(touch.point)),
+            true => minus(on[1].at(block.point), on[0].at(block.point)),
             false => none,
         };
         let c_n = match contact.viscosity {
@@ -536,12 +543,12 @@ impl Laws<'_> {
         };
 
         // The tangential force.
-        let before = vectors(at, |at| &kept.normal[at]);
+        let before = block.before;
         let turn = cross(before, n);
         let spins = plus(on[0].spin, on[1].spin);
         let about = times(all(0.5 * constants.dt) * dot(before, spins), before);
         let turns = [turn, about];
-        let [r1, r2] = touch.radii;
+        let [r1, r2] = block.radii;
         let relative = match rules.slip {
             Slip::ContactPoint => at_contact_point,
             _ => {
@@ -558,7 +565,7 @@ impl Laws<'_> {
             false => times(k_s, times(dt, slip)),
             true => times(k_s * dt, slip),
         };
-        let shear = minus(turned(vectors(at, |at| &kept.shear[at]), turns), growth);
+        let shear = minus(turned(block.shear, turns), growth);
         let size_squared = dot(normal_force, normal_force);
         let (limit, limit_squared) = match is_linear {
             true => {
@@ -591,9 +598,9 @@ impl Laws<'_> {
             let grown = |before: Vectors, stiffness: f64, rate: Vectors| {
                 minus(before, times(all(stiffness), times(dt, rate)))
             };
-            let bending = turned(vectors(at, |at| &kept.moments[at][0]), turns);
+            let bending = turned(block.moments[0], turns);
             let mut bending = grown(bending, rolling.bending_stiffness, minus(relative, twist));
-            let twisting = turned(vectors(at, |at| &kept.moments[at][1]), turns);
+            let twisting = turned(block.moments[1], turns);
             let twisting = grown(twisting, rolling.twisting_stiffness, twist);
             if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0) {
                 let force = size_squared.sqrt();
@@ -607,22 +614,19 @@ impl Laws<'_> {
 
         // Torques of the force.
         let on_first = each(force, |part| -part);
-        let torques = match rules.torque_arms {
-            Arms::ContactPoint => {
-                let [one, two] = both([0, 1], |side| minus(touch.point, on[side].place));
-                [cross(one, on_first), cross(two, force)]
-            }
+        block.torques = match rules.torque_arms {
+            Arms::ContactPoint => [
+                cross(minus(block.point, on[0].place), on_first),
+                cross(minus(block.point, on[1].place), force),
+            ],
             _ => {
                 let turn = cross(n, on_first);
-                both(touch.radii, |radius| times(radius - all(0.5) * u, turn))
+                [r1, r2].map(|radius| times(radius - all(0.5) * u, turn))
             }
         };
-        Actions {
-            force,
-            torques,
-            moment: plus(moments[0], moments[1]),
-            moments,
-            shear,
-        }
+        block.force = force;
+        block.moment = plus(moments[0], moments[1]);
+        block.moments = moments;
+        block.shear = shear;
     }
 }
