@@ -35,6 +35,7 @@ pub enum Contender {
     YadeSortedFriction,
     LammpsFriction,
     NativeSpace,
+    YadeOrdinarySpace,
     YadeSortedSpace,
     LammpsSpace,
     /// A program that speaks the engine protocol, where one is named; all others always take part.
@@ -112,6 +113,7 @@ impl Contender {
                 (lammps, Friction, "gran-hooke-history", name)
             }
             NativeSpace => (Program::Native, Space, "native-space", "native"),
+            YadeOrdinarySpace => (ordinary, Space, "ordinary-loop-space", loop_as_is),
             YadeSortedSpace => (sorted, Space, "sorted-loop-space", in_order),
             LammpsSpace => {
                 let name = "LAMMPS gran/hertz/history";

@@ -148,7 +148,8 @@ impl Bench {
              friction (angle 0.5, grains free to turn) nothing is left out in any, and engines are held against native \
              with friction. LAMMPS and LIGGGHTS know one stiffness for all pairs and have a drag force in place of Cundall's \
              damping, and without friction do not integrate rotation, so their bed is a slightly other one, and their time is that of \
-             a general code over the same pairs.",
+             a general code over the same pairs. Spheres in space have Hertz's and Mindlin's springs, friction and Cundall's damping; LAMMPS's \
+             springs at walls are stiffer, and its tangential springs keep a displacement.",
         );
         if let Some(cost) = &self.friction_cost {
             let rounds = (cost.least, cost.most);

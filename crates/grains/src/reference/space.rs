@@ -7,6 +7,7 @@ use multiversion::multiversion;
 use super::law::Pair;
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, Touching, series};
+use crate::model::Law;
 use crate::native::lanes::{LANES, Lanes};
 use crate::native::powers::Powers;
 use crate::native::state::Constants;
@@ -337,7 +338,8 @@ impl Block {
         put(&mut on.spin, lane, &motion.spin);
     }
 
-    fn remember(&mut self, lane: usize, kept: &Kept, at: usize) {
+    fn remember(&mut self, lane: usize, kept: &Kept, at: usize, law: &Law) {
+        let (dashpots, adhesion) = (law.has_dashpots(), law.contact.adhesion.is_some());
         put(&mut self.before, lane, &kept.normal[at]);
         put(&mut self.shear, lane, &kept.shear[at]);
         if let Some(moments) = kept.moments.get(at) {
@@ -347,9 +349,14 @@ impl Block {
         let pair = &kept.pair[at];
         self.k_n.0[lane] = pair.k_n;
         self.k_s.0[lane] = pair.k_s;
-        self.mass.0[lane] = pair.mass;
         self.tangent.0[lane] = pair.tangent;
-        self.pull.0[lane] = pair.pull;
+        // Each number takes time; these two most laws do without.
+        if dashpots {
+            self.mass.0[lane] = pair.mass;
+        }
+        if adhesion {
+            self.pull.0[lane] = pair.pull;
+        }
     }
 
     /// Where grains touch.
@@ -397,7 +404,7 @@ fn add(space: &mut Space, reference: &mut Reference) {
                     block.move_one(side, lane, &motions[id as usize]);
                     block.radii[side].0[lane] = sizes.radius[id as usize];
                 }
-                block.remember(lane, kept, *at as usize);
+                block.remember(lane, kept, *at as usize, &constants.law);
             }
         }
         act(&mut blocks[..now.len().div_ceil(LANES)], &laws, false);
@@ -433,7 +440,7 @@ fn add(space: &mut Space, reference: &mut Reference) {
             block.overlap.0[lane] = touch.overlap;
             put(&mut block.normal, lane, &touch.normal);
             put(&mut block.point, lane, &touch.point);
-            block.remember(lane, kept, at);
+            block.remember(lane, kept, at, &constants.law);
         }
         act(std::slice::from_mut(block), &laws, true);
         for (lane, (at, _)) in now.iter().enumerate() {
