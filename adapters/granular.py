@@ -430,22 +430,32 @@ def steps_by_its_clock(job, name, script):
         motion = ["timestep %s" % number(job.model["dt"]), "fix fall all gravity %s vector %s %s 0" % pull]
         motion += ["fix drag all viscous %s" % number(drag), "fix plane all enforce2d", "thermo_style custom step", "thermo 1000000000"]
         runs = ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
-        with open(os.path.join(folder, "in.bed"), "w", encoding="utf-8") as file:
-            file.write("\n".join([*before, *motion, *runs, *shown]) + "\n")
-        command, environment = [shutil.which(name), "-in", "in.bed", "-log", "none"], surroundings(folder)
-        if asked["processes"] > 1:
-            command, environment = apart.alone([*apart.mpirun(asked["processes"]), *command]), apart.surroundings(folder)
-        told = subprocess.run(
-            command, cwd=folder, env=environment,
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        )  # fmt: skip
-        if told.returncode != 0:
-            raise RuntimeError("%s ended with %d:\n%s" % (name, told.returncode, told.stdout[-2000:]))
-        wall, share = loop_time(told.stdout, asked["steps"])
+        wall, share = loop_of(job, name, folder, [*before, *motion, *runs, *shown])
         moved, pairs = read_moment(job, folder)
         moved = [(*of[:4], *(-spin for spin in of[4:])) for of in moved]
         job.moment("settle", after, moved, contacts(job, classes, [of[:2] for of in moved], pairs))
     return {"steps": after, "wall_seconds": wall, "cpu_seconds": share and share * wall}
+
+
+def loop_of(job, name, folder, commands):
+    """Have the program do these commands; what `loop_time` finds."""
+    asked = job.asked
+    with open(os.path.join(folder, "in.bed"), "w", encoding="utf-8") as file:
+        file.write("\n".join(commands) + "\n")
+    command, environment = [shutil.which(name), "-in", "in.bed", "-log", "none"], surroundings(folder)
+    if asked["processes"] > 1:
+        command, environment = apart.alone([*apart.mpirun(asked["processes"]), *command]), apart.surroundings(folder)
+    told = subprocess.run(
+        command, cwd=folder, env=environment,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    if told.returncode != 0:
+        raise RuntimeError("%s ended with %d:\n%s" % (name, told.returncode, told.stdout[-2000:]))
+    return loop_time(told.stdout, asked["steps"])
+
+
+def refuse_space(_):
+    raise Refused("spheres in space")
 
 
 def loop_time(log, steps):
@@ -470,8 +480,9 @@ class Words:
         self.before, self.after = before, after
 
 
-def serve_program(title, package, words, rules, timing, more=()):
-    """Be the engine; `timing` is that of `steps_by_its_clock`, `more` are approximations of this program alone."""
+def serve_program(title, package, words, rules, timing, more=(), in_space=refuse_space):
+    """Be the engine; `timing` is that of `steps_by_its_clock`, `in_space` the whole of it for spheres in space, `more` are
+    approximations of this program alone."""
     name = words.program
 
     def description():
@@ -486,4 +497,7 @@ def serve_program(title, package, words, rules, timing, more=()):
 
         return run
 
-    serve(description, in_folder(run_scene), in_folder(run_case), lambda job: steps_by_its_clock(job, name, timing))
+    def timed(job):
+        return in_space(job) if "y" in job.rows[0] else steps_by_its_clock(job, name, timing)
+
+    serve(description, in_folder(run_scene), in_folder(run_case), timed)

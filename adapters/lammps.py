@@ -17,6 +17,8 @@ then is cut, so a region that moves must have its velocity there too: that is wh
 """
 import math
 import os
+import tempfile
+from array import array
 
 import granular
 from granular import number
@@ -129,6 +131,64 @@ def timing(job, classes, folder, k):
     return lines, [*asks, *granular.dumps(PAIRS[0], "format line", motion)]
 
 
+def timing_in_space(job):
+    """gran/hertz/history, whose walls have R* = R and whose tangential spring keeps a displacement; a drag force for Cundall's damping,
+    of the stiffness that grains have at an overlap of a thousandth of their radius."""
+    asked, law, grains = job.asked, job.model["law"], job.grains
+    modulus, ratio = law["modulus"], law["poissons_ratio"]
+    k_n, k_t = 2.0 / 3.0 * modulus / (1.0 - ratio**2), 2.0 * modulus / ((1.0 + ratio) * (2.0 - ratio))
+    mean = [sum(grain[name] for grain in grains) / len(grains) for name in ("radius", "mass")]
+    drag = granular.DRAG * math.sqrt(1.5 * k_n * mean[0] * math.sqrt(0.5e-3) * mean[1])
+    refuse(job, has_friction=True)
+    style = "hertz/history %s %s 0 0 %s 0" % tuple(map(number, (k_n, k_t, math.tan(law["friction_angle"]))))
+    places = [[grain[axis] for grain in grains] + [wall["place"] for wall in job.model["walls"] if wall["axis"] == axis] for axis in "xyz"]
+    lines = ["crossgrain", "", "%d atoms" % len(grains), "1 atom types", ""]
+    lines += ["%s %s %slo %shi" % (number(min(of) - mean[0]), number(max(of) + mean[0]), axis, axis) for of, axis in zip(places, "xyz")]
+    lines += ["", "Atoms", ""]
+    for index, of in enumerate(grains):
+        density = of["mass"] / (4.0 / 3.0 * math.pi * of["radius"] ** 3)
+        lines.append("%d 1 %s" % (index + 1, " ".join(map(number, (2.0 * of["radius"], density, of["x"], of["y"], of["z"])))))
+    lines += ["", "Velocities", ""]
+    names = ("vx", "vy", "vz", "spin_x", "spin", "spin_z")
+    lines += ["%d %s" % (index + 1, " ".join(number(of[name]) for name in names)) for index, of in enumerate(grains)]
+    across, up = job.model["gravity"]
+    commands = ["units si", "boundary f f f", "atom_style sphere", "newton off", "comm_modify vel yes", "read_data data"]
+    commands += ["pair_style gran/" + style, "pair_coeff * *", "timestep " + number(job.model["dt"]), "thermo 1000000000"]
+    # The fastest of 0.1 to 0.3 of the radius on the settled bed, within some per cent.
+    commands += ["neighbor %s bin" % number(0.1 * mean[0]), "neigh_modify delay 0 every 1 check yes"]
+    commands += ["fix wall_%d all wall/gran %s %splane %s NULL" % (index, style, wall["axis"], number(wall["place"]))
+                 for index, wall in enumerate(job.model["walls"])]  # fmt: skip
+    commands += ["fix fall all gravity %s vector %s 0 %s" % tuple(map(number, (math.hypot(across, up), across, up)))]
+    commands += ["fix drag all viscous " + number(drag), "fix move all nve/sphere"]
+    commands += ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
+    commands += [*COMPUTES, "thermo_style custom step c_known[1]", "run 0 post no"]
+    commands += granular.dumps(PAIRS[0], "format line", "z vx vy vz omegax omegay omegaz")
+    with tempfile.TemporaryDirectory(dir=job.folder) as folder:
+        with open(os.path.join(folder, "data"), "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+        wall, share = granular.loop_of(job, "lmp", folder, commands)
+        moved, pairs = granular.read_moment(job, folder)
+    table = array("d", (of[at] for at in (0, 2, 3, 5, 7, 1, 4, 6, 8) for of in moved))
+    rows = sorted((min(pair[:2]), max(pair[:2])) for pair in pairs)
+    found = 0
+    for one, two in rows:
+        away = [there - here for here, there in zip(moved[one], moved[two][:3])]
+        distance = math.sqrt(sum(of * of for of in away))
+        overlap = grains[one]["radius"] + grains[two]["radius"] - distance
+        if overlap >= 0.0:
+            normal, arm = [of / distance for of in away], grains[one]["radius"] - 0.5 * overlap
+            point = [here + arm * of for here, of in zip(moved[one], normal)]
+            r = grains[one]["radius"] * grains[two]["radius"] / (grains[one]["radius"] + grains[two]["radius"])
+            table.extend((one, two, overlap, k_n * math.sqrt(r) * overlap**1.5, 0.0, normal[0], normal[2], point[0], point[2]))
+            table.extend((normal[1], point[1], 0.0, 0.0, 0.0))
+            found += 1
+    with open(job.place("tables.bin"), "wb") as file:
+        table.tofile(file)
+    steps = asked["warm_up"] + asked["steps"]
+    job.line({"stage": "settle", "step": steps, "punch": None, "contacts": found})
+    return {"steps": steps, "wall_seconds": wall, "cpu_seconds": share and share * wall}
+
+
 if __name__ == "__main__":
     words = granular.Words("lmp", script, PAIRS, "format line", "set group grains omega 0.0 0.0 v_spin")
-    granular.serve_program("LAMMPS", "lammps", words, RULES, timing)
+    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space)

@@ -316,6 +316,7 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
 fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     let bed = bed::settled(60, &mut ()).expect("a bed that settles");
     let with_friction = bed.with_friction();
+    let in_space = bed::poured_or_kept(&new_folder(), 60).expect("a bed of spheres");
     let work = new_folder();
     let yade = yade::Options {
         program: Some("/nowhere/yade".into()),
@@ -335,6 +336,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         },
         bed: &bed,
         with_friction: &with_friction,
+        in_space: &in_space,
         engines: &engines,
         crossgrain: Path::new(env!("CARGO_BIN_EXE_crossgrain")),
         work: &work,
@@ -342,7 +344,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     let task = Display::new(true).task("a round");
     let mut missed = Vec::new();
     let rounds = contender::rounds(&setup, &task, &mut missed);
-    let (mut contests, [sorted_bits, friction_bits]) = rounds.expect("a round");
+    let (mut contests, [sorted_bits, friction_bits, space_bits]) = rounds.expect("a round");
     // Whatever else this machine has.
     contests.retain(|of| of.contender.is_native());
     missed.retain(|of| of.what.starts_with("YADE"));
@@ -373,6 +375,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         },
         sorted_bits,
         friction_bits,
+        space_bits,
         friction_cost: None,
         stages: clocked.shares,
         scaling: vec![size("native", 60), size("native", 120)],

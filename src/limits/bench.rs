@@ -130,6 +130,8 @@ pub struct Setup<'a> {
     /// The paper's.
     pub bed: &'a Bed,
     pub with_friction: &'a Bed,
+    /// As many spheres.
+    pub in_space: &'a Bed,
     pub engines: &'a Engines,
     pub crossgrain: &'a Path,
     /// A folder for the processes.
@@ -162,6 +164,8 @@ pub struct Bench {
     pub sorted_bits: Option<TableBits>,
     /// The same on the bed with friction: spins too.
     pub friction_bits: Option<TableBits>,
+    /// The same of spheres in space.
+    pub space_bits: Option<TableBits>,
     /// Time a step of native with friction over that without, round by round.
     pub friction_cost: Option<Spread>,
     pub stages: Vec<Share>,
@@ -183,6 +187,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
     let work = work_folder()?;
     let task = display.task("the paper's bed");
     let bed = bed::settled_or_kept(&options.out, PAPER, &mut StageObserver(&task))?;
+    let in_space = bed::poured_or_kept(&options.out, PAPER)?;
     task.done("settled");
 
     let mut plan = [Plan::FULL, Plan::QUICK][usize::from(options.quick)];
@@ -192,6 +197,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
         plan,
         bed: &bed,
         with_friction: &with_friction,
+        in_space: &in_space,
         engines: &options.engines,
         crossgrain: &options.crossgrain,
         work: work.path(),
@@ -199,7 +205,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
     let task = display.task("engines side by side");
     let mut missed = Vec::new();
     let (contests, bits) = contender::rounds(&setup, &task, &mut missed)?;
-    let [sorted_bits, friction_bits] = bits;
+    let [sorted_bits, friction_bits, space_bits] = bits;
     task.done(&format!("{} rounds", plan.rounds));
 
     let task = display.task("stages");
@@ -234,6 +240,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench> {
         contests,
         sorted_bits,
         friction_bits,
+        space_bits,
         scaling,
         speed_ups,
         missed,

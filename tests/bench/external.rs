@@ -28,6 +28,7 @@ fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Window, StateCheck, Str
         plan: PLAN,
         bed,
         with_friction: bed,
+        in_space: bed,
         engines: &engines,
         crossgrain: &work,
         work: &work,

@@ -1,8 +1,9 @@
 //! The step written out plainly, with no lists, no lanes and nothing of the engine but its constants: every pair that touches in
 //! the order of ids, walls after grains, the punch last, and what contacts remember in a map. Slow and obvious; the engine must
-//! have its bits. With a [`Variant`] it is what another engine may do instead.
+//! have its bits. With a [`Variant`] it is what another engine may do instead. In space [`Space`](space::Space) is the engine.
 
 mod law;
+pub(crate) mod space;
 mod touch;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,7 +19,7 @@ use crate::tables::{
     Across, Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage, tangential,
 };
 use crate::variant::{Form, Variant};
-use crate::vector::{Vector, dot, hypot, in_plane, in_space, minus, norm, plus, times};
+use crate::vector::{Vector, dot, each, hypot, in_plane, in_space, minus, norm, plus, times};
 use law::Pair;
 use touch::{Near, Touch};
 
@@ -71,10 +72,10 @@ struct Sizes {
 
 /// How a body moves.
 #[derive(Clone, Copy, Default, PartialEq)]
-struct Motion {
-    place: Vector,
-    velocity: Vector,
-    spin: Vector,
+pub(crate) struct Motion {
+    pub place: Vector,
+    pub velocity: Vector,
+    pub spin: Vector,
 }
 
 impl From<&Punch> for Motion {
@@ -225,9 +226,10 @@ impl Reference {
         self.sizes.in_space
     }
 
-    /// Force, N, and torque, N·m, on each grain.
-    pub(crate) fn loads(&self) -> impl Iterator<Item = (Vector, Vector)> {
-        self.force.iter().copied().zip(self.torque.iter().copied())
+    /// How each grain moves, and the force, N, and torque, N·m, on it.
+    pub(crate) fn moving(&self) -> impl Iterator<Item = (&Motion, (Vector, Vector))> {
+        let loads = self.force.iter().copied().zip(self.torque.iter().copied());
+        self.motions.iter().zip(loads)
     }
 
     /// The contacts of the last evaluation, sorted by ids.
@@ -329,6 +331,12 @@ impl Reference {
 
     /// One time step.
     pub fn step(&mut self) {
+        self.advance();
+        self.evaluate();
+    }
+
+    /// A step without its forces.
+    fn advance(&mut self) {
         if let Some(punch) = &mut self.punch {
             self.felt = Some(*punch);
             punch.centre[1] += punch.velocity * self.constants.dt;
@@ -341,7 +349,6 @@ impl Reference {
         }
         self.integrate();
         self.steps += 1;
-        self.evaluate();
     }
 
     fn integrate(&mut self) {
@@ -364,7 +371,7 @@ impl Reference {
             let before = self.motions[i].velocity;
             let a = self.acceleration(i, before);
             // Multiplied by one where the kick is whole, which keeps the bits.
-            let after = [0, 1, 2].map(|axis| before[axis] + dt * a[axis] * kick);
+            let after = each([0, 1, 2], |axis| before[axis] + dt * a[axis] * kick);
             let moving = match integration {
                 Integration::KickDrift => after,
                 Integration::DriftKick => before,
@@ -388,21 +395,23 @@ impl Reference {
     }
 
     /// How fast the spin of grain `i` grows with local damping, rad/s².
+    #[inline(always)]
     fn spin_rate(&self, i: usize) -> Vector {
         let Constants { dt, alpha, .. } = self.constants;
         let (spin, inertia) = (self.motions[i].spin, self.sizes.inertia[i]);
-        let turn = self.torque[i].map(|torque| torque / inertia);
+        let turn = each(self.torque[i], |torque| torque / inertia);
         if self.rules().damped_spins == DampedSpins::Undamped {
             return turn;
         }
         let judged_at = self.judged_at();
-        [0, 1, 2].map(|axis| {
+        each([0, 1, 2], |axis| {
             let judged = spin[axis] + judged_at * dt * turn[axis];
             turn[axis] * (1.0 - alpha * sign(turn[axis] * judged))
         })
     }
 
     /// How much of the kick the velocity has whose sign local damping takes.
+    #[inline(always)]
     fn judged_at(&self) -> f64 {
         match self.rules().damping_velocity {
             DampingVelocity::Middle => 0.5,
@@ -412,10 +421,11 @@ impl Reference {
     }
 
     /// That of grain `i` with local damping, m/s².
+    #[inline(always)]
     fn acceleration(&self, i: usize, velocity: Vector) -> Vector {
         let Constants { dt, alpha, .. } = self.constants;
         let gravity = in_space(self.constants.gravity);
-        let by_contacts = self.force[i].map(|force| force / self.sizes.mass[i]);
+        let by_contacts = each(self.force[i], |force| force / self.sizes.mass[i]);
         let a = plus(by_contacts, gravity);
         if alpha == 0.0 {
             return a;
@@ -425,8 +435,9 @@ impl Reference {
         let kick = self.judged_at() * dt;
         let judged = plus(velocity, times(kick, a));
         let damped = match self.rules().damping_components {
-            DampingComponents::Each => [0, 1, 2]
-                .map(|axis| acting[axis] * (1.0 - alpha * sign(acting[axis] * judged[axis]))),
+            DampingComponents::Each => each([0, 1, 2], |axis| {
+                acting[axis] * (1.0 - alpha * sign(acting[axis] * judged[axis]))
+            }),
             DampingComponents::WholePower => times(1.0 - alpha * sign(dot(acting, judged)), acting),
             DampingComponents::AlongVelocity => {
                 let speed = hypot(judged).max(f64::MIN_POSITIVE);
@@ -461,14 +472,24 @@ impl Reference {
     }
 
     fn forces(&mut self) {
+        self.clear_sums();
+        let mut touching = std::mem::take(&mut self.touching);
+        touching.clear();
+        self.find_touching(&mut touching);
+        self.find_at_punch(&mut touching);
+        self.add_forces(touching);
+    }
+
+    fn clear_sums(&mut self) {
         let grains = self.motions.len();
         for sums in [&mut self.force, &mut self.torque] {
             sums.clear();
             sums.resize(grains, [0.0; 3]);
         }
-        let mut touching = std::mem::take(&mut self.touching);
-        touching.clear();
-        self.find_touching(&mut touching);
+    }
+
+    /// Adds what these contacts do to the sums.
+    fn add_forces(&mut self, mut touching: Vec<Touching>) {
         let ids = touching.iter().map(|of| of.ids);
         let all: Option<BTreeSet<Ids>> = self.has(Form::NotFound).then(|| ids.collect());
         let mut found = None;
@@ -615,6 +636,7 @@ fn series(a: f64, b: f64) -> f64 {
     1.0 / (1.0 / (2.0 * a) + 1.0 / (2.0 * b))
 }
 
+#[inline(always)]
 fn sign(number: f64) -> f64 {
     f64::from(u8::from(number > 0.0)) - f64::from(u8::from(number < 0.0))
 }

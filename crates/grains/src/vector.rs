@@ -1,34 +1,47 @@
 //! Vectors in space: x, y, z. Sums stand in Eigen's order, a·b = a_x b_x + (a_y b_y + a_z b_z), which decides the bits.
 
-pub type Vector = [f64; 3];
+use std::ops::{Add, Mul, Sub};
 
-#[inline]
-pub fn plus(a: Vector, b: Vector) -> Vector {
+pub type Vector<N = f64> = [N; 3];
+
+/// What vectors are made of: a number, or several that are computed together.
+pub trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {}
+
+impl<N: Copy + Add<Output = N> + Sub<Output = N> + Mul<Output = N>> Number for N {}
+
+#[inline(always)]
+pub fn plus<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-#[inline]
-pub fn minus(a: Vector, b: Vector) -> Vector {
+#[inline(always)]
+pub fn minus<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-#[inline]
-pub fn times(factor: f64, a: Vector) -> Vector {
+#[inline(always)]
+pub fn times<N: Number>(factor: N, a: Vector<N>) -> Vector<N> {
     [factor * a[0], factor * a[1], factor * a[2]]
 }
 
-#[inline]
-pub fn dot(a: Vector, b: Vector) -> f64 {
+#[inline(always)]
+pub fn dot<N: Number>(a: Vector<N>, b: Vector<N>) -> N {
     a[0] * b[0] + (a[1] * b[1] + a[2] * b[2])
 }
 
-#[inline]
-pub fn cross(a: Vector, b: Vector) -> Vector {
+#[inline(always)]
+pub fn cross<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     ]
+}
+
+/// Each component by itself; in a function for a machine with vectors it is no call.
+#[inline(always)]
+pub fn each<N: Copy, M>(a: Vector<N>, of: impl Fn(N) -> M) -> Vector<M> {
+    [of(a[0]), of(a[1]), of(a[2])]
 }
 
 /// √(a·a), which overflows where hypot does not.

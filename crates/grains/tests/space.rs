@@ -2,10 +2,13 @@
 
 use grains::generate::initial_bodies;
 use grains::measure::porosity;
-use grains::model::Model;
+use grains::model::{Model, Solid};
 use grains::native::{self, Options};
-use grains::scene::{Cloud, Scene, Tension, Viscosity, paper_scene, parse_scene};
-use grains::tables::{Bodies, Snapshot};
+use grains::scene::{
+    Cloud, ContactLaw, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
+    paper_scene, parse_scene,
+};
+use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::{Case, Task};
 use grains::variant::{self, Variant};
 
@@ -106,4 +109,156 @@ fn spheres_settle_in_a_box_at_a_sensible_porosity() {
     // Random loose and dense packings have 0.45 and 0.36; walls leave more room.
     assert!((0.38..0.56).contains(&porosity), "{porosity}");
     assert!(bed.contacts.len() > 600 && bed.contacts.len() == bed.across.len());
+}
+
+/// Spheres of three materials that fall into a box under a punch that comes down.
+fn falling(name: &str, contact: ContactLaw) -> Case {
+    let scene = poured();
+    let mut model = Model::of(&scene);
+    let solid = |modulus, ratio, friction_angle| Solid {
+        modulus,
+        stiffness_ratio: ratio,
+        poissons_ratio: ratio,
+        friction_angle,
+    };
+    model.law.materials = vec![solid(1.0e7, 0.25, 0.4), solid(3.0e7, 0.35, 0.6)];
+    model.law.contact = contact;
+    (model.alpha, model.gravity) = (0.3, [2.0, -9.81]);
+    let mut bodies = Bodies::default();
+    // Any disorder serves.
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    for at in 0..160 {
+        let cell = [at % 5, at / 5 % 4, at / 20].map(|cell| (f64::from(cell) + 0.5) * 0.0125);
+        let radius = 0.0045 + 0.0015 * next();
+        let [x, y, z] = cell.map(|middle| middle + 0.0001 * next());
+        bodies.push(
+            [x, z],
+            [next(), -1.0 + next()],
+            radius,
+            scene.grain_mass(radius),
+        );
+        bodies.y.push(y);
+        bodies.vy.push(next());
+        bodies
+            .inertia
+            .push(0.4 * scene.grain_mass(radius) * radius * radius);
+        for column in [&mut bodies.spin, &mut bodies.spin_x, &mut bodies.spin_z] {
+            column.push(20.0 * next());
+        }
+        bodies.material.push((at % 3) as u32);
+    }
+    for (wall, place) in model.walls.iter_mut().zip([0.0, 0.0625, 0.0, 0.0, 0.05]) {
+        wall.place = place;
+    }
+    let punch = Punch {
+        centre: [0.03, 0.08],
+        half_extents: [0.02, 0.01],
+        velocity: -0.3,
+        start: 0.07,
+        force: 0.0,
+    };
+    Case {
+        name: name.to_owned(),
+        model,
+        bodies,
+        punch: Some(punch),
+        moments: vec![0, 1, 2, 50, 1000, 2500, 6000],
+    }
+}
+
+/// Every number at every moment, contacts and the force on the punch among them.
+#[test]
+fn lists_and_lanes_have_the_bits_of_the_step_written_out() {
+    let tension = Tension::Clipped;
+    let hertz = ContactLaw {
+        springs: Springs::HertzMindlin,
+        torque_arms: TorqueArms::ContactPoint,
+        ..ContactLaw::default()
+    };
+    let with_restitution = ContactLaw {
+        viscosity: Viscosity::Restitution { e_n: 0.6, tension },
+        ..hertz.clone()
+    };
+    let rolling = Rolling {
+        bending_stiffness: 0.5,
+        twisting_stiffness: 0.3,
+        limit: Some(0.1),
+    };
+    let laws = [
+        ("linear", ContactLaw::default()),
+        (
+            "linear at the contact point with a dashpot",
+            ContactLaw {
+                slip_velocity: SlipVelocity::ContactPoint,
+                torque_arms: TorqueArms::ContactPoint,
+                viscosity: Viscosity::Dashpot { c_n: 0.5, tension },
+                ..ContactLaw::default()
+            },
+        ),
+        ("hertz", hertz.clone()),
+        ("en", with_restitution.clone()),
+        (
+            "a dashpot that pulls",
+            ContactLaw {
+                viscosity: Viscosity::Ratio {
+                    ratio: 0.2,
+                    tension: Tension::Unclipped,
+                },
+                tangential_viscosity: Some(0.1),
+                slip_velocity: SlipVelocity::ContactPoint,
+                ..hertz.clone()
+            },
+        ),
+        (
+            "moments",
+            ContactLaw {
+                rolling: Some(rolling),
+                ..with_restitution.clone()
+            },
+        ),
+        (
+            "adhesion",
+            ContactLaw {
+                adhesion: Some(1.0),
+                ..hertz
+            },
+        ),
+        (
+            "adhesion and en",
+            ContactLaw {
+                adhesion: Some(1.0),
+                ..with_restitution
+            },
+        ),
+    ];
+    for (name, law) in laws {
+        let case = falling(name, law);
+        let fast = native::run_case(&case, None).expect("a native run");
+        let plain = variant::run(&case, &Variant::default());
+        let (mut at_walls, mut at_punch) = (0, 0);
+        for (fast, plain) in fast.iter().zip(&plain) {
+            let when = format!("{name}, step {}", fast.step);
+            assert_eq!(fast.bodies.digest(), plain.bodies.digest(), "{when}");
+            assert_eq!(fast.contacts, plain.contacts, "{when}");
+            assert_eq!(fast.across, plain.across, "{when}");
+            assert_eq!(fast.punch, plain.punch, "{when}");
+            at_walls += plain
+                .contacts
+                .iter()
+                .filter(|of| of.id1 < 165 && of.id1 >= 160)
+                .count();
+            at_punch += plain.contacts.iter().filter(|of| of.id1 == 165).count();
+        }
+        let last = plain.last().expect("moments").contacts.len();
+        assert!(
+            last > 120 && at_walls > 30 && at_punch > 5,
+            "{name}: {last} {at_walls} {at_punch}"
+        );
+    }
 }

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::Result;
 use super::timing::after;
+use super::{Result, nonsense};
 use crate::files::{read_text, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::generate::initial_bodies;
 use grains::native::{self, NativeError};
-use grains::scene::{Cloud, Scene, paper_scene};
+use grains::scene::{Cloud, Scene, paper_scene, parse_scene};
 use grains::tables::Bodies;
 use grains::task::{Observer, Task};
 
@@ -37,6 +37,25 @@ pub fn scene_of(grains: u32) -> Scene {
     scene
 }
 
+/// Steps after which spheres lie, with only some that still roll.
+const POURING: u64 = 25_000;
+
+/// So many spheres as deep as wide, with Hertz's and Mindlin's springs, friction and Cundall's damping.
+pub fn scene_of_spheres(grains: u32) -> Result<Scene> {
+    let columns = f64::from(grains).cbrt().mul_add(0.8, 0.5).floor().max(1.0);
+    let width = 0.0131 * columns;
+    let scene = json!({
+        "name": "spheres",
+        "particles": {"count": grains, "mean_diameter": 0.01, "dispersion": 0.2},
+        "material": {"youngs_modulus": 2.0e7, "poissons_ratio": 0.3, "density": 2600.0, "friction_angle": FRICTION},
+        "contact": {"springs": "hertz_mindlin"},
+        "damping": {"kind": "cundall", "alpha": 0.3},
+        "box": {"width": width, "depth": width},
+        "time_step": {"kind": "absolute", "seconds": 2.0e-5},
+    });
+    parse_scene(&scene.to_string()).map_err(nonsense)
+}
+
 /// Pours and settles so many grains in the native engine.
 pub fn settled(grains: u32, observer: &mut dyn Observer) -> Result<Bed, NativeError> {
     let scene = unobserved(&scene_of(grains));
@@ -53,9 +72,36 @@ const LONGEST_NOTE: u64 = 1 << 16;
 
 /// The settled bed kept in this folder, or a new one that is then kept there.
 pub fn settled_or_kept(folder: &Path, grains: u32, observer: &mut dyn Observer) -> Result<Bed> {
-    let [table, note] = ["csv", "json"].map(|end| format!("bed-{grains}.{end}"));
+    let (name, scene) = (format!("bed-{grains}"), scene_of(grains));
+    kept(folder, &name, scene, || settled(grains, observer))
+}
+
+/// The same of spheres.
+pub fn poured_or_kept(folder: &Path, grains: u32) -> Result<Bed> {
+    let (name, scene) = (format!("spheres-{grains}"), scene_of_spheres(grains)?);
+    kept(folder, &name, scene.clone(), || {
+        let bodies = initial_bodies(&scene);
+        let bodies = after(
+            &Bed {
+                scene: scene.clone(),
+                bodies,
+            },
+            POURING,
+        )?
+        .bodies;
+        Ok(Bed { scene, bodies })
+    })
+}
+
+fn kept(
+    folder: &Path,
+    name: &str,
+    scene: Scene,
+    make: impl FnOnce() -> Result<Bed, NativeError>,
+) -> Result<Bed> {
+    let grains = scene.particles.count;
+    let [table, note] = ["csv", "json"].map(|end| format!("{name}.{end}"));
     let (table, note) = ((folder, &table), (folder, &note));
-    let scene = scene_of(grains);
     let said_of = |bodies: &Bodies| {
         let (scene, state) = (scene.digest(), bodies.digest());
         let version = env!("CARGO_PKG_VERSION");
@@ -67,7 +113,7 @@ pub fn settled_or_kept(folder: &Path, grains: u32, observer: &mut dyn Observer) 
     {
         return Ok(Bed { scene, bodies });
     }
-    let bed = settled(grains, observer)?;
+    let bed = make()?;
     write_bodies(table, &bed.bodies)?;
     write_whole(note, said_of(&bed.bodies).as_bytes())?;
     Ok(bed)

@@ -34,8 +34,21 @@ pub enum Contender {
     YadeOrdinaryFriction,
     YadeSortedFriction,
     LammpsFriction,
+    NativeSpace,
+    YadeOrdinarySpace,
+    YadeSortedSpace,
+    LammpsSpace,
     /// A program that speaks the engine protocol, where one is named; all others always take part.
     External,
+}
+
+/// The bed that is timed.
+#[derive(Clone, Copy, PartialEq)]
+enum On {
+    Plain,
+    Friction,
+    /// Spheres in space, with friction.
+    Space,
 }
 
 /// What computes it.
@@ -50,7 +63,11 @@ enum Program {
     External,
 }
 
-impl Setup<'_> {
+impl<'a> Setup<'a> {
+    /// In the order of [`On`].
+    fn beds(&self) -> [&'a Bed; 3] {
+        [self.bed, self.with_friction, self.in_space]
+    }
     fn described(&self, contender: Contender) -> Option<&Description> {
         let external = self.engines.external.as_ref();
         let external = external.filter(|_| contender == Contender::External);
@@ -59,10 +76,11 @@ impl Setup<'_> {
 
     /// For tables. An external engine may have the name of one that takes part anyway.
     pub fn name_of(&self, contender: Contender) -> String {
-        let (_, friction, _, name) = contender.parts();
+        let (_, on, _, name) = contender.parts();
+        let where_from = ["", ", friction", ", spheres"][on as usize];
         match self.described(contender) {
             Some(external) => format!("exec:{}", external.name),
-            None => format!("{name}{}", if friction { ", friction" } else { "" }),
+            None => format!("{name}{where_from}"),
         }
     }
 
@@ -75,29 +93,37 @@ impl Setup<'_> {
 
 impl Contender {
     /// What computes it, whether the bed has friction, its id and its name without that.
-    fn parts(self) -> (Program, bool, &'static str, &'static str) {
+    fn parts(self) -> (Program, On, &'static str, &'static str) {
         use Contender::*;
+        use On::{Friction, Plain, Space};
         use Program::Yade;
         let [ordinary, sorted] = [false, true].map(|sorted| Yade { sorted });
         let [lammps, liggghts] = [Adapter::LAMMPS, Adapter::LIGGGHTS].map(Program::Adapter);
         let [loop_as_is, in_order] = ["YADE -j1, ordinary loop", "YADE -j1, sorted loop"];
         match self {
-            Native => (Program::Native, false, "native", "native"),
-            NativeFriction => (Program::Native, true, "native-friction", "native"),
-            YadeOrdinary => (ordinary, false, "ordinary-loop", loop_as_is),
-            YadeOrdinaryFriction => (ordinary, true, "ordinary-loop-friction", loop_as_is),
-            YadeSorted => (sorted, false, "sorted-loop", in_order),
-            YadeSortedFriction => (sorted, true, "sorted-loop-friction", in_order),
-            Lammps => (lammps, false, "gran-hooke", "LAMMPS gran/hooke"),
+            Native => (Program::Native, Plain, "native", "native"),
+            NativeFriction => (Program::Native, Friction, "native-friction", "native"),
+            YadeOrdinary => (ordinary, Plain, "ordinary-loop", loop_as_is),
+            YadeOrdinaryFriction => (ordinary, Friction, "ordinary-loop-friction", loop_as_is),
+            YadeSorted => (sorted, Plain, "sorted-loop", in_order),
+            YadeSortedFriction => (sorted, Friction, "sorted-loop-friction", in_order),
+            Lammps => (lammps, Plain, "gran-hooke", "LAMMPS gran/hooke"),
             LammpsFriction => {
                 let name = "LAMMPS gran/hooke/history";
-                (lammps, true, "gran-hooke-history", name)
+                (lammps, Friction, "gran-hooke-history", name)
+            }
+            NativeSpace => (Program::Native, Space, "native-space", "native"),
+            YadeOrdinarySpace => (ordinary, Space, "ordinary-loop-space", loop_as_is),
+            YadeSortedSpace => (sorted, Space, "sorted-loop-space", in_order),
+            LammpsSpace => {
+                let name = "LAMMPS gran/hertz/history";
+                (lammps, Space, "gran-hertz-history", name)
             }
             Liggghts => {
                 let name = "LIGGGHTS hooke/stiffness";
-                (liggghts, false, "hooke-stiffness", name)
+                (liggghts, Plain, "hooke-stiffness", name)
             }
-            External => (Program::External, false, "external", "exec"),
+            External => (Program::External, Plain, "external", "exec"),
         }
     }
 
@@ -106,7 +132,12 @@ impl Contender {
     }
 
     pub fn friction(self) -> bool {
-        self.parts().1
+        self.parts().1 == On::Friction
+    }
+
+    /// Whether it computes spheres in space.
+    pub fn in_space(self) -> bool {
+        self.parts().1 == On::Space
     }
 
     /// In ids of checks, unique.
@@ -125,12 +156,18 @@ impl Contender {
 
     /// Times its window on the bed, with the bed after [`Plan::compared_after`] steps; and its version.
     pub fn run(self, setup: &Setup<'_>) -> Result<(Timed, String)> {
-        let bed = [setup.bed, setup.with_friction][usize::from(self.friction())];
+        let bed = setup.beds()[self.parts().1 as usize];
         let plan = &setup.plan;
         let folder = timing::folder(setup.work, "turn")?;
         match self.program() {
             Program::Native => {
-                let window = timing::time(bed, plan.native, 1)?;
+                // In space a step takes as long as thirty in the plane.
+                let steps = if self.in_space() {
+                    4 * plan.other
+                } else {
+                    plan.native
+                };
+                let window = timing::time(bed, steps, 1)?;
                 let last = timing::after(bed, plan.compared_after())?;
                 let version = env!("CARGO_PKG_VERSION").to_owned();
                 Ok((Timed::plain(window, last), version))
@@ -332,7 +369,11 @@ pub fn between_grains(snapshot: &Snapshot) -> usize {
 }
 
 fn largest_distance(a: &Bodies, b: &Bodies) -> f64 {
-    let distance = |id: usize| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]);
+    let across = |id: usize| a.y.get(id).zip(b.y.get(id)).map_or(0.0, |(a, b)| a - b);
+    let distance = |id: usize| {
+        let in_plane = (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]);
+        in_plane.hypot(across(id))
+    };
     let distances = (0..a.len()).map(distance);
     // A NaN would be passed over by a maximum.
     let known = distances.map(|length| {
@@ -382,8 +423,8 @@ impl Entrant {
     }
 }
 
-/// Native against YADE's sorted loop after the same steps: every position and velocity, and with friction every spin too.
-pub type SortedBits = [Option<TableBits>; 2];
+/// Native against YADE's sorted loop after the same steps: every position and velocity; with friction and in space every spin too.
+pub type SortedBits = [Option<TableBits>; 3];
 
 /// Lets every engine take its turn in every round; every second round goes backwards. The engines that ran in every
 /// round.
@@ -430,9 +471,15 @@ pub fn rounds(
         entrants.reverse();
     }
     let after = |bed: &Bed| timing::after(bed, setup.plan.compared_after());
-    let beds = [after(setup.bed)?, after(setup.with_friction)?];
+    let [bed, with_friction, in_space] = setup.beds().map(after);
+    let beds = [bed?, with_friction?, in_space?];
     let find = |wanted: Contender| entrants.iter().find(|entrant| entrant.contender == wanted);
-    let native = [Contender::Native, Contender::NativeFriction].map(|way| find(way)?.spread());
+    let ways = [
+        Contender::Native,
+        Contender::NativeFriction,
+        Contender::NativeSpace,
+    ];
+    let native = ways.map(|way| find(way)?.spread());
     let bits_of = |sorted, name, native: &Snapshot| {
         let (timed, _) = find(sorted)?.last.as_ref()?;
         Some(bits::bodies(name, &native.bodies, &timed.last.bodies))
@@ -444,11 +491,12 @@ pub fn rounds(
     let bits = [
         bits_of(Contender::YadeSorted, plain, &beds[0]),
         bits_of(Contender::YadeSortedFriction, friction, &beds[1]),
+        bits_of(Contender::YadeSortedSpace, friction, &beds[2]),
     ];
     let contest = |entrant: Entrant| {
         let (contender, seconds_per_step) = (entrant.contender, entrant.spread()?);
         let (last, version) = entrant.last?;
-        let way = usize::from(contender.friction());
+        let way = contender.parts().1 as usize;
         let native = native[way].as_ref();
         let shares = entrant.windows.iter().filter_map(Window::processor_share);
         Some(Contest {

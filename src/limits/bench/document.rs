@@ -21,6 +21,7 @@ impl Bench {
                 ", with friction",
                 &self.friction_bits,
             ),
+            ("bench/bits-space", ", spheres in space", &self.space_bits),
         ];
         for (id, with, bits) in ways {
             let Some(bits) = bits else { continue };
@@ -89,6 +90,12 @@ impl Bench {
                 bits.differing, bits.numbers
             ),
             None => String::new(),
+        } + &match &self.space_bits {
+            Some(bits) => format!(
+                " Of spheres in space {} of {}.",
+                bits.differing, bits.numbers
+            ),
+            None => String::new(),
         };
         let disturbed = " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
              on an idle machine before believing any ratio.";
@@ -141,7 +148,8 @@ impl Bench {
              friction (angle 0.5, grains free to turn) nothing is left out in any, and engines are held against native \
              with friction. LAMMPS and LIGGGHTS know one stiffness for all pairs and have a drag force in place of Cundall's \
              damping, and without friction do not integrate rotation, so their bed is a slightly other one, and their time is that of \
-             a general code over the same pairs.",
+             a general code over the same pairs. Spheres in space have Hertz's and Mindlin's springs, friction and Cundall's damping; LAMMPS's \
+             springs at walls are stiffer, and its tangential springs keep a displacement.",
         );
         if let Some(cost) = &self.friction_cost {
             let rounds = (cost.least, cost.most);

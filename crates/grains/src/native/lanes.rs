@@ -1,7 +1,6 @@
 //! Eight numbers at a time. Each operation is the scalar one in every lane, so a formula written with them has the bits of
 //! the same formula written with numbers; compiled into a function for a machine with vectors it is as many instructions.
 
-use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Numbers that are computed together.
@@ -17,6 +16,12 @@ pub struct Lanes(pub [f64; LANES]);
 #[repr(align(64))]
 pub struct Mask([u64; LANES]);
 
+/// What there is in each lane. In a function for a machine with vectors it must be no call.
+#[inline(always)]
+pub fn lanes<T>(of: impl Fn(usize) -> T) -> [T; LANES] {
+    [of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)]
+}
+
 impl Lanes {
     /// The same number in each lane.
     #[inline(always)]
@@ -27,13 +32,13 @@ impl Lanes {
     /// √ of each.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        Lanes(from_fn(|lane| self.0[lane].sqrt()))
+        Lanes(lanes(|lane| self.0[lane].sqrt()))
     }
 
     /// Where this is the larger one; nowhere where one of them is not a number.
     #[inline(always)]
     pub fn exceeds(self, other: Self) -> Mask {
-        Mask(from_fn(|lane| {
+        Mask(lanes(|lane| {
             u64::from(self.0[lane] > other.0[lane]).wrapping_neg()
         }))
     }
@@ -41,7 +46,7 @@ impl Lanes {
     /// Where this is not the smaller one; nowhere where one of them is not a number.
     #[inline(always)]
     pub fn reaches(self, other: Self) -> Mask {
-        Mask(from_fn(|lane| {
+        Mask(lanes(|lane| {
             u64::from(self.0[lane] >= other.0[lane]).wrapping_neg()
         }))
     }
@@ -54,17 +59,29 @@ impl Mask {
         self.0.iter().fold(0, |any, lane| any | lane) != 0
     }
 
+    /// Whether it is yes in every lane.
+    #[inline(always)]
+    pub fn all(self) -> bool {
+        self.0.iter().fold(u64::MAX, |all, lane| all & lane) != 0
+    }
+
     /// Yes where this is and the other is not.
     #[inline(always)]
     pub fn but_not(self, other: Mask) -> Mask {
-        Mask(from_fn(|lane| self.0[lane] & !other.0[lane]))
+        Mask(lanes(|lane| self.0[lane] & !other.0[lane]))
     }
 
-    /// One or the other pair of components in each lane.
+    /// Yes where both are.
     #[inline(always)]
-    pub fn choose(self, yes: [Lanes; 2], no: [Lanes; 2]) -> [Lanes; 2] {
+    pub fn and(self, other: Mask) -> Mask {
+        Mask(lanes(|lane| self.0[lane] & other.0[lane]))
+    }
+
+    /// The components of one or the other vector in each lane.
+    #[inline(always)]
+    pub fn choose<const N: usize>(self, yes: [Lanes; N], no: [Lanes; N]) -> [Lanes; N] {
         let mut chosen = no;
-        for axis in 0..2 {
+        for axis in 0..N {
             for lane in 0..LANES {
                 let (yes, no) = (yes[axis].0[lane].to_bits(), no[axis].0[lane].to_bits());
                 chosen[axis].0[lane] = f64::from_bits(yes & self.0[lane] | no & !self.0[lane]);
@@ -80,7 +97,7 @@ macro_rules! in_each_lane {
             type Output = Lanes;
             #[inline(always)]
             fn $name(self, other: Lanes) -> Lanes {
-                Lanes(from_fn(|lane| self.0[lane].$name(other.0[lane])))
+                Lanes(lanes(|lane| self.0[lane].$name(other.0[lane])))
             }
         }
     )*};
@@ -92,6 +109,6 @@ impl Neg for Lanes {
     type Output = Lanes;
     #[inline(always)]
     fn neg(self) -> Lanes {
-        Lanes(from_fn(|lane| -self.0[lane]))
+        Lanes(lanes(|lane| -self.0[lane]))
     }
 }

@@ -234,6 +234,11 @@ pub struct Constants {
 }
 
 impl Constants {
+    /// The wall with this id.
+    pub fn wall_of(&self, id: u32) -> &Wall {
+        &self.walls[(id - self.ids.grains) as usize]
+    }
+
     /// The model's constants for so many grains.
     pub fn new(model: &Model, grains: u32) -> Self {
         Constants {

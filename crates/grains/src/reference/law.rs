@@ -19,14 +19,14 @@ use crate::vector::{Vector, cross, dot, hypot, minus, norm, plus, times};
 #[derive(Clone, Copy)]
 pub(super) struct Pair {
     /// k_n and k_s of linear springs, N/m. Of Hertz's F_n/u^1.5 and k_s/u^0.5, N/m^1.5.
-    k_n: f64,
-    k_s: f64,
+    pub k_n: f64,
+    pub k_s: f64,
     /// Effective mass, kg.
-    mass: f64,
+    pub mass: f64,
     /// tan φ.
-    tangent: f64,
+    pub tangent: f64,
     /// Pull of adhesion, N.
-    pull: f64,
+    pub pull: f64,
 }
 
 /// A contact's constants at its overlap.

@@ -18,8 +18,20 @@ pub(super) struct Touch {
     pub slip: Slip,
 }
 
+impl Touch {
+    /// Of bodies that do not touch.
+    pub const NONE: Touch = Touch {
+        first: Body::Wall,
+        overlap: -1.0,
+        normal: [0.0; 3],
+        point: [0.0; 3],
+        radii: [1.0; 2],
+        slip: Slip::AsModel,
+    };
+}
+
 impl Reference {
-    /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains, then the punch.
+    /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains; the punch comes last.
     pub(super) fn find_touching(&mut self, all: &mut Vec<Touching>) {
         self.find_near();
         let mut add = |ids: Ids, touch: Option<Touch>| {
@@ -36,13 +48,23 @@ impl Reference {
                 ids.for_each(|ids| add(ids, self.wall(ids, wall)));
             }
         }
-        if let Some(punch) = &self.felt {
-            let ids = (0..grains).map(|grain| (ids.punch(), grain));
-            ids.for_each(|ids| add(ids, self.punch(ids, punch)));
-        }
     }
 
-    fn grains(&self, ids: Ids) -> Option<Touch> {
+    /// Grains that touch the punch.
+    pub(super) fn find_at_punch(&self, all: &mut Vec<Touching>) {
+        let Some(punch) = &self.felt else {
+            return;
+        };
+        let (grains, id) = (self.motions.len() as u32, self.constants.ids.punch());
+        let touches = (0..grains).filter_map(|grain| {
+            let (ids, force) = ((id, grain), [0.0; 3]);
+            let touch = self.punch(ids, punch)?;
+            Some(Touching { ids, touch, force })
+        });
+        all.extend(touches);
+    }
+
+    pub(super) fn grains(&self, ids: Ids) -> Option<Touch> {
         let (i, j) = (ids.0 as usize, ids.1 as usize);
         let (one, two) = (self.motions[i].place, self.motions[j].place);
         let (r1, r2) = (self.sizes.radius[i], self.sizes.radius[j]);
@@ -68,7 +90,7 @@ impl Reference {
         })
     }
 
-    fn wall(&self, ids: Ids, wall: &Wall) -> Option<Touch> {
+    pub(super) fn wall(&self, ids: Ids, wall: &Wall) -> Option<Touch> {
         let i = ids.1 as usize;
         let (axis, radius) = (wall.axis.in_space(), self.sizes.radius[i]);
         let mut point = self.motions[i].place;
@@ -147,20 +169,28 @@ impl Reference {
 
     /// Finds the pairs of grains that are near anew if one has gone far.
     fn find_near(&mut self) {
-        let largest = self.sizes.radius.iter().copied().fold(0.0, f64::max);
-        // Two that come nearer from both sides.
-        let far = 0.49 * NEAR * largest;
-        let has_gone = |(now, then): (&super::Motion, &Vector)| {
-            minus(now.place, *then).iter().any(|way| way.abs() > far)
-        };
-        let is_other = self.near.at.len() != self.motions.len();
-        if is_other || self.motions.iter().zip(&self.near.at).any(has_gone) {
-            self.near = self.near_pairs(NEAR * largest);
+        let gap = NEAR * self.largest_radius();
+        if self.have_gone(&self.near.at, gap) {
+            self.near = self.near_pairs(gap);
         }
     }
 
+    pub(super) fn largest_radius(&self) -> f64 {
+        self.sizes.radius.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Whether two grains may have come nearer by this since they were there.
+    pub(super) fn have_gone(&self, at: &[Vector], gap: f64) -> bool {
+        // From both sides.
+        let far = 0.49 * gap;
+        let has_gone = |(now, then): (&super::Motion, &Vector)| {
+            minus(now.place, *then).iter().any(|way| way.abs() > far)
+        };
+        at.len() != self.motions.len() || self.motions.iter().zip(at).any(has_gone)
+    }
+
     /// Pairs of grains whose surfaces are no farther apart than this in any direction, in the order of their ids.
-    fn near_pairs(&self, gap: f64) -> Near {
+    pub(super) fn near_pairs(&self, gap: f64) -> Near {
         let radius = &self.sizes.radius;
         let at: Vec<Vector> = self.motions.iter().map(|grain| grain.place).collect();
         let mut order: Vec<usize> = (0..at.len()).collect();
@@ -185,9 +215,9 @@ impl Reference {
 /// Pairs of grains that are not far apart, as long as no grain has gone far.
 #[derive(Clone, Default)]
 pub(super) struct Near {
-    pairs: Vec<Ids>,
+    pub(super) pairs: Vec<Ids>,
     /// Where they were looked for, m.
-    at: Vec<Vector>,
+    pub(super) at: Vec<Vector>,
 }
 
 /// How far apart surfaces may be that are near, over the largest radius.
