@@ -385,10 +385,8 @@ impl Dynamics {
             return noise.shake(&mut self.state, &self.constants);
         };
         let mut bodies = reference.bodies();
-        let loaded: Vec<bool> = reference
-            .loads()
-            .map(|(force, _)| force != [0.0; 3])
-            .collect();
+        let moving = reference.moving();
+        let loaded: Vec<bool> = moving.map(|(_, (force, _))| force != [0.0; 3]).collect();
         noise.shake_in_space(&mut bodies, |id| loaded[id], &self.constants);
         reference.put(&bodies, self.state.punch);
         take_over(reference, &mut self.state);
