@@ -1,7 +1,9 @@
 //! The study of rules: what is planned, and what made-up members say.
 
-use crossgrain::study::conventions::Plan;
+use crossgrain::study::conventions::{Conventions, Plan};
 use crossgrain::study::member::{ANGLE, Member, Members, OfBeds};
+
+use evidence::t_test::Finding;
 
 use crate::support::*;
 
@@ -63,4 +65,43 @@ fn each_rule_and_each_codes_set_is_held_against_the_usual_rules_on_the_same_clou
         assert_eq!(angle["finding"], wanted, "{found}");
     }
     has(&judged.document.answer, ["1 are beyond them"]);
+}
+
+/// What is said of the recorded study is what its rows say.
+#[test]
+fn the_recorded_differences_are_those_of_their_rows_and_of_the_page() {
+    let (_, recorded) = judged_again::<Plan, Conventions>("reference_data/conventions-1");
+    let page = text_of(root("docs/rules.md"));
+    let found = recorded.settings.iter();
+    let all: Vec<_> = found
+        .flat_map(|of| of.differences.iter().map(move |it| (of, it)))
+        .collect();
+    let count = |finding| {
+        all.iter()
+            .filter(|(_, of)| of.finding == Some(finding))
+            .count()
+    };
+    let [within, beyond] = [Finding::Equivalent, Finding::Different].map(count);
+    let said = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    let counts = format!(
+        "Of {} differences {within} are within their margins and {beyond} beyond",
+        all.len()
+    );
+    has(&said, [counts.as_str()]);
+    for (of, difference) in all {
+        let digits = (1.0 - difference.margin.log10().floor()).max(0.0) as usize;
+        let number = |value: f64| format!("{value:.digits$}").replace('-', "−");
+        let it = difference.paired.difference;
+        let [estimate, low, high] = [it.estimate, it.low, it.high].map(number);
+        let interval = format!("| {estimate} ({low} to {high}) |");
+        let row = page
+            .lines()
+            .find(|line| line.starts_with(&format!("| {} |", of.name)) && line.contains(&interval));
+        assert_eq!(
+            row.is_some(),
+            difference.finding == Some(Finding::Different),
+            "{} {interval}",
+            of.name
+        );
+    }
 }

@@ -204,7 +204,7 @@ pub fn rules() -> String {
             page += &format!("| `{}` | {formula} | {codes} |\n", alternative.key);
         }
     }
-    page + include_str!("laws_in_space.md")
+    page + include_str!("rules_that_matter.md") + include_str!("laws_in_space.md")
 }
 
 impl Arguments {
