@@ -444,6 +444,10 @@ fn said_of_states(judgement: &Judgement) -> String {
     let mut said = match judgement.verdict() {
         Verdict::Different => {
             let mut said: Vec<String> = judgement.causes.iter().map(in_a_sentence).collect();
+            // Where a cause explains all, it has said as much.
+            let is_open = judgement.causes.iter().any(|cause| !cause.explained);
+            let condition = judgement.condition.iter().filter(|_| is_open);
+            said.extend(condition.map(|words| format!("Of all states: {words}.")));
             let tables = judgement
                 .starts
                 .iter()

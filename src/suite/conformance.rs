@@ -153,7 +153,14 @@ impl Conformance {
             .as_ref()
             .map_or(&[][..], |judgement| &judgement.causes);
         let explained = !causes.is_empty() && causes.iter().all(|cause| cause.explained);
-        let small = self.checks.iter().find(small).filter(|_| !explained);
+        let differs = self.first_steps.as_ref().is_some_and(|judgement| {
+            judgement.verdict() == Verdict::Different && !judgement.causes.is_empty()
+        });
+        // A job that says no more than that grains are elsewhere, or that the engine contradicts itself, says less than first steps.
+        let says_less =
+            |check: &Check| check.id.starts_with(ITSELF) || check.found.starts_with("step ");
+        let mut small = self.checks.iter().filter(small).filter(|_| !explained);
+        let small = small.find(|check| !(differs && says_less(check)));
         let first = self.first_steps.as_ref().map(first_steps::answer);
         let said = match (small, self.refused(), first) {
             (Some(check), _, first) => {
@@ -173,7 +180,12 @@ impl Conformance {
                 format!("{found}. Mend this first: the rest may come from it.{broken}{first}")
             }
             (_, Some(check), Some(first)) => format!("{}. Its first steps: {first}", check.found),
-            (_, None, Some(first)) => first,
+            (_, None, Some(first)) => match self.broken() {
+                broken if !broken.is_empty() => {
+                    format!("{first} It contradicts itself: {}.", broken.join("; "))
+                }
+                _ => first,
+            },
             (_, _, None) => {
                 let why = self.checks.iter().find(|check| check.id == FIRST_STEPS);
                 let why = why.map_or(String::new(), |check| format!(": {}", check.found));

@@ -545,7 +545,7 @@ pub enum Viscosity {
 
 impl Viscosity {
     /// Whether its dashpots may pull.
-    pub(crate) fn tension(&self) -> Tension {
+    pub fn tension(&self) -> Tension {
         match self {
             Viscosity::None => Tension::Clipped,
             Viscosity::Dashpot { tension, .. }

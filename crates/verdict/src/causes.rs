@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
 use crate::envelope::{Farthest, Resolution};
 use crate::judge::Answered;
-use crate::{conditions, exercise, forms};
+use crate::{conditions, contacts, exercise, forms};
 
 /// A cause is held against the first so many steps, or more where the engine parts from the native one later.
 const EXPLAINED_UNTIL: u64 = 10;
@@ -50,6 +50,8 @@ pub struct Cause {
     pub left_at: String,
     /// What all contacts or grains that are wrong first have and no other ones.
     pub condition: Option<String>,
+    /// Which numbers are off first: of contacts, where they are no later than the motion, else of grains.
+    pub numbers: Option<String>,
     /// The state, as it is handed to engines.
     #[serde(skip)]
     pub state: Option<Snapshot>,
@@ -132,8 +134,13 @@ impl Cause {
         let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
         let (of_grains, state, at) = (some.join(", "), &self.left_in, &self.left_at);
         let more = if self.left.len() > 8 { ", …" } else { "" };
+        let numbers = self.numbers.as_deref();
         let left = match (&self.condition, self.left.len()) {
-            (Some(condition), _) => format!("in {state} {condition}"),
+            (Some(condition), _) => {
+                let numbers = numbers.map_or(String::new(), |said| format!("; {said}"));
+                format!("in {state} {condition}{numbers}")
+            }
+            (None, _) if let Some(said) = numbers => format!("in {state} {said}"),
             (None, 0) => format!("it parts from the model in {state}"),
             (None, 1) => format!(
                 "in {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts"
@@ -364,32 +371,42 @@ impl Tried<'_> {
         }
     }
 
-    /// What all that is wrong first has in common: contacts where tables are off no later than the motion, else grains; of the states
-    /// the one in which that is most.
-    fn condition(&self, variant: &Variant) -> Option<String> {
+    /// What is wrong first: contacts where tables are off no later than the motion, else grains; of the states the one in which most is,
+    /// and first of all one where all that is wrong has something in common.
+    fn wrong_first(&self, variant: &Variant) -> Option<WrongFirst> {
         let of_state = |answered: &&Answered<'_>| {
             let (own, theirs) = self.first_steps(answered, variant);
             let (envelope, case) = (&answered.native.envelope, &answered.asked.case);
             let (grains, moved) = envelope.outside(&own, theirs);
             let (contacts, step) = envelope.contacts_outside(&own, theirs);
             let at = |step: u64| own.iter().position(|snapshot| snapshot.step == step);
+            let mut first = WrongFirst {
+                state: answered.asked.start.clone(),
+                count: grains.len(),
+                condition: None,
+                numbers: None,
+            };
             match contacts.is_empty() || !grains.is_empty() && moved < step {
                 false => {
                     let at = at(step)?;
                     let before = at.checked_sub(1).map(|before| &own[before]);
-                    let found = conditions::of_contacts(case, before, &own[at], &contacts)?;
-                    Some((contacts.len(), found))
+                    first.count = contacts.len();
+                    first.condition = conditions::of_contacts(case, before, &own[at], &contacts);
+                    let said = contacts::what_is_off((&theirs[at]).into(), (&own[at]).into());
+                    first.numbers = said.map(|said| format!("after {step} steps {said}"));
                 }
+                true if grains.is_empty() => return None,
                 true => {
-                    let found = conditions::of_grains(case, &own[at(moved)?], &grains)?;
-                    Some((grains.len(), found))
+                    let at = at(moved)?;
+                    first.condition = conditions::of_grains(case, &own[at], &grains);
+                    let said = conditions::off_in(&theirs[at], &own[at]);
+                    first.numbers = said.map(|said| format!("after {moved} steps {said}"));
                 }
             }
+            Some(first)
         };
         let found = self.of_law.iter().filter_map(of_state);
-        found
-            .max_by_key(|(count, _)| *count)
-            .map(|(_, found)| found)
+        found.max_by_key(|first| (first.condition.is_some(), first.count))
     }
 
     fn cause(&self, fit: Fit, explained: bool, also: Vec<Form>) -> Cause {
@@ -398,9 +415,15 @@ impl Tried<'_> {
             .max_by(|a, b| of_motion(&farthest[*a]).total_cmp(&of_motion(&farthest[*b])));
         let answered = self.of_law[worst.unwrap_or(0)];
         let (mut left, mut left_at) = (Vec::new(), String::new());
-        let mut condition = None;
+        let (mut condition, mut numbers) = (None, None);
+        let mut left_in = answered.asked.start.clone();
         if !explained {
-            condition = self.condition(&fit.variant);
+            if let Some(first) = self.wrong_first(&fit.variant) {
+                (condition, numbers) = (first.condition, first.numbers);
+                if condition.is_some() || numbers.is_some() {
+                    left_in = first.state;
+                }
+            }
             let (own, theirs) = self.first_steps(answered, &fit.variant);
             let (outside, step) = answered.native.envelope.outside(&own, theirs);
             left_at = what_they_touch(&answered.asked.case, &outside, &own, step);
@@ -415,13 +438,23 @@ impl Tried<'_> {
             explained,
             also,
             left,
-            left_in: answered.asked.start.clone(),
+            left_in,
             left_at,
             condition,
+            numbers,
             state: answered.native.envelope.own.first().cloned(),
             walls: answered.asked.case.model.walls.clone(),
         }
     }
+}
+
+/// What is wrong first in a state.
+struct WrongFirst {
+    state: String,
+    /// How many contacts or grains.
+    count: usize,
+    condition: Option<String>,
+    numbers: Option<String>,
 }
 
 /// How many of these grains touch other grains alone, walls or the punch, and whether contacts of theirs slide.

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use grains::model::Law;
+use grains::scene::{NewContactSlip, SlipVelocity, Springs, Tension, TorqueArms, Viscosity};
 use grains::tables::{Body, Contact, Snapshot};
 use grains::task::Case;
 use statrs::function::factorial::ln_binomial;
@@ -215,6 +217,30 @@ pub(crate) fn of_contacts(
     ))
 }
 
+/// The columns of velocities and spins in which grains are off, as far as one in a hundred of the largest difference.
+pub(crate) fn off_in(their: &Snapshot, own: &Snapshot) -> Option<String> {
+    let (their, own) = (&their.bodies, &own.bodies);
+    let mean = own.radius.iter().sum::<f64>() / own.len() as f64;
+    let columns = their.motion().into_iter().zip(own.motion());
+    // Places follow velocities.
+    let columns = columns.filter(|((name, _), _)| !["x", "y", "z"].contains(name));
+    let apart = columns.map(|((name, their), (_, own))| {
+        let unit = if name.starts_with("spin") { mean } else { 1.0 };
+        let apart = their.iter().zip(own).map(|(a, b)| unit * (a - b).abs());
+        (name, apart.collect::<Vec<f64>>())
+    });
+    let apart: Vec<(&str, Vec<f64>)> = apart.collect();
+    let all = apart.iter().flat_map(|(_, column)| column);
+    let largest = all.copied().fold(0.0, f64::max);
+    let said = apart.iter().filter_map(|(name, column)| {
+        let is_off = |apart: &&f64| **apart > 0.01 * largest || apart.is_nan();
+        let off = column.iter().filter(is_off).count();
+        (off > 0).then(|| format!("{name} is off in {off} of {} grains", column.len()))
+    });
+    let said: Vec<String> = said.collect();
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
 /// What all of these grains have and no other one of this moment.
 pub(crate) fn of_grains(case: &Case, own: &Snapshot, wrong: &[usize]) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
@@ -277,6 +303,109 @@ pub(crate) fn of_grains(case: &Case, own: &Snapshot, wrong: &[usize]) -> Option<
     let (count, others) = (wrong.len(), bodies.len() - wrong.len());
     Some(format!(
         "grains are wrong where {split}: all {count} of these and none of the other {others}"
+    ))
+}
+
+/// What the laws of all states that are wrong have and those of no other: which part of the law it is.
+pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
+    let wrong: Vec<bool> = states.iter().map(|(_, wrong)| *wrong).collect();
+    if !wrong.contains(&true) || !wrong.contains(&false) {
+        return None;
+    }
+    let of = |property: &dyn Fn(&Case) -> bool| {
+        let states = states.iter();
+        states
+            .map(|(case, _)| property(case))
+            .collect::<Vec<bool>>()
+    };
+    let law = |property: &dyn Fn(&Law) -> bool| of(&|case| property(&case.model.law));
+    let mut properties = Properties::default();
+    for (words, has) in [
+        (
+            ["there is friction", "there is no friction"],
+            law(&Law::has_friction),
+        ),
+        (
+            ["there are dashpots", "there are no dashpots"],
+            law(&Law::has_dashpots),
+        ),
+        (["grains turn", "grains do not turn"], law(&Law::rotates)),
+        (
+            ["there is local damping", "there is no local damping"],
+            of(&|case| case.model.alpha != 0.0),
+        ),
+        (
+            ["there is a punch", "there is no punch"],
+            of(&|case| case.punch.is_some()),
+        ),
+        (
+            ["springs are Hertz's and Mindlin's", "springs are linear"],
+            law(&|law| law.contact.springs == Springs::HertzMindlin),
+        ),
+        (
+            [
+                "the slip is corrected",
+                "the slip is that of the contact point",
+            ],
+            law(&|law| law.contact.slip_velocity == SlipVelocity::RatchetingCorrected),
+        ),
+        (
+            [
+                "torques have arms to half the overlap",
+                "torques have arms to the contact point",
+            ],
+            law(&|law| law.contact.torque_arms == TorqueArms::HalfOverlap),
+        ),
+    ] {
+        properties.add_both(words, has);
+    }
+    for (words, has) in [
+        (
+            "there are moments against rolling",
+            law(&|law| law.contact.rolling.is_some()),
+        ),
+        (
+            "there is adhesion",
+            law(&|law| law.contact.adhesion.is_some()),
+        ),
+        (
+            "there are several materials",
+            law(&|law| !law.materials.is_empty()),
+        ),
+        (
+            "walls or punch have friction of their own",
+            law(&Law::has_friction_of_walls),
+        ),
+        ("grains are in space", of(&|case| case.bodies.in_space())),
+        (
+            "dashpots may pull",
+            law(&|law| law.has_dashpots() && law.contact.viscosity.tension() == Tension::Unclipped),
+        ),
+        (
+            "dashpots have a restitution",
+            law(&|law| matches!(law.contact.viscosity, Viscosity::Restitution { .. })),
+        ),
+        (
+            "new contacts are given the slip since they touched",
+            law(&|law| law.contact.new_contact_slip == NewContactSlip::SinceTouch),
+        ),
+    ] {
+        properties.add(words, has);
+    }
+    let number = |value: &dyn Fn(&Case) -> f64| {
+        let states = states.iter();
+        states.map(|(case, _)| value(case)).collect::<Vec<f64>>()
+    };
+    properties.numbers = vec![
+        ("φ, rad,", number(&|case| case.model.law.friction_angle)),
+        ("k_s/k_n", number(&|case| case.model.law.stiffness_ratio)),
+        ("α", number(&|case| case.model.alpha)),
+    ];
+    let split = properties.split(&wrong)?;
+    let count = wrong.iter().filter(|wrong| **wrong).count();
+    let others = wrong.len() - count;
+    Some(format!(
+        "states are wrong where {split}: all {count} of these and none of the other {others}"
     ))
 }
 

@@ -299,6 +299,12 @@ const NAMED: usize = 3;
 
 /// What is wrong with a table whose motion is right.
 pub(crate) fn in_words(theirs: Table<'_>, own: Table<'_>) -> String {
+    let said = what_is_off(theirs, own);
+    said.unwrap_or_else(|| "its numbers are off by more than rounding".to_owned())
+}
+
+/// Which contacts are missing or invented and which columns are off; none where no number is off by a share that can be told.
+pub(crate) fn what_is_off(theirs: Table<'_>, own: Table<'_>) -> Option<String> {
     let all = paired(theirs, own);
     let mut said = Vec::new();
     let mut name = |what: &str, pairs: Vec<(u32, u32)>| {
@@ -345,16 +351,20 @@ pub(crate) fn in_words(theirs: Table<'_>, own: Table<'_>) -> String {
         let one = ratios
             .iter()
             .all(|ratio| (ratio - factor).abs() <= SAME * factor.abs().max(SAME));
-        let off_in = format!("{column} is off in {off} of {} rows", pairs.len());
+        let rows = both().zip(&pairs).filter(|(_, pair)| is_off(pair));
+        let ids = rows.map(|((row, _), _)| format!("{}–{}", row.contact.id1, row.contact.id2));
+        let ids: Vec<String> = ids.take(NAMED).collect();
+        let ids = match off <= NAMED {
+            true => format!(" ({})", ids.join(", ")),
+            false => String::new(),
+        };
+        let off_in = format!("{column} is off in {off} of {} rows{ids}", pairs.len());
         said.push(match one && factor.is_finite() {
             true => format!("{off_in}, × {factor:.6}"),
             false => off_in,
         });
     }
-    match said.is_empty() {
-        true => "its numbers are off by more than rounding".to_owned(),
-        false => said.join("; "),
-    }
+    (!said.is_empty()).then(|| said.join("; "))
 }
 
 #[cfg(test)]

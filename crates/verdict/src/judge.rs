@@ -18,7 +18,7 @@ use crate::envelope::{self, Envelope, Farthest, Resolution};
 use crate::excerpt::Excerpt;
 use crate::exercise::{self, Count};
 use crate::starts::{Bed, LARGE_STATE, State};
-use crate::{Answer, Engine};
+use crate::{Answer, Engine, conditions};
 
 /// What an engine is, compared with the native one; the first that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -154,6 +154,8 @@ pub struct Judgement {
     pub unseen: Vec<String>,
     /// For each law that shows something else than the ones before.
     pub causes: Vec<Cause>,
+    /// What the laws of all states that differ have and those of no other, in words.
+    pub condition: Option<String>,
     /// Rules that the engine says it has otherwise than the model, by which it is judged.
     pub declared: Vec<Declared>,
 }
@@ -218,6 +220,7 @@ impl Judgement {
         let known: Vec<String> = self.causes.iter().map(Cause::sentence).collect();
         let new = |cause: &Cause| !known.contains(&cause.sentence());
         self.causes.extend(space.causes.into_iter().filter(new));
+        self.condition = self.condition.or(space.condition);
         self
     }
 
@@ -510,6 +513,7 @@ impl Reference {
             counts: Vec::new(),
             unseen: Vec::new(),
             causes: Vec::new(),
+            condition: None,
             declared: Vec::new(),
         };
         let judged_states: Vec<State> = states
@@ -571,6 +575,11 @@ impl Reference {
             judgement.unseen = self.unseen(looked_at, &all);
         }
         if self.names_causes && judgement.verdict() == Verdict::Different {
+            let states = all.iter().map(|answered| {
+                let is_wrong = answered.verdict() == Verdict::Different;
+                (&answered.asked.case, is_wrong)
+            });
+            judgement.condition = conditions::of_states(&states.collect::<Vec<_>>());
             // The first of the drawn states that differs tells most, where no other does.
             let differs = |answered: &Answered| answered.verdict() == Verdict::Different;
             match all
