@@ -89,7 +89,8 @@ fn the_recorded_differences_are_those_of_their_rows_and_of_the_page() {
     );
     has(&said, [counts.as_str()]);
     for (of, difference) in all {
-        let digits = (1.0 - difference.margin.log10().floor()).max(0.0) as usize;
+        let margin = difference.margin.expect("a margin");
+        let digits = (1.0_f64 - margin.log10().floor()).max(0.0) as usize;
         let number = |value: f64| format!("{value:.digits$}").replace('-', "−");
         let it = difference.paired.difference;
         let [estimate, low, high] = [it.estimate, it.low, it.high].map(number);

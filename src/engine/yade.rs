@@ -309,7 +309,7 @@ pub struct CaseInYade {
     /// The parameters that YADE says it uses.
     pub effective: Effective,
     pub track: Vec<Snapshot>,
-    /// Force and torque summed on each grain at each moment; empty for large cases.
+    /// Force and torque summed on each grain at each moment; empty for large cases and in space.
     pub loads: Vec<Vec<Load>>,
 }
 
@@ -327,7 +327,7 @@ pub fn run_cases(
     let runs = read::cases(work, cases).map_err(hinted)?;
     let complete = |(case, run): (&&Case, Result<read::CaseRun, String>)| {
         let run = run.map_err(ProgramError::Refused)?;
-        let has_loads = case.bodies.len() <= MOST_LOADED;
+        let has_loads = case.bodies.len() <= MOST_LOADED && !case.bodies.in_space();
         let wanted = if has_loads { case.moments.len() } else { 0 };
         let effective = run.effective.filter(|_| run.loads.len() == wanted);
         let lacking = || format!("{}: no parameters, or loads of other grains", case.name);

@@ -1,6 +1,7 @@
 //! What is wrong with an engine that differs: the constants and forms with which the native engine does what it does, told as a
 //! cause where they explain all of it, and else where it differs.
 
+use std::cmp::Reverse;
 use std::collections::HashSet;
 
 use evidence::in_parallel;
@@ -371,8 +372,8 @@ impl Tried<'_> {
         }
     }
 
-    /// What is wrong first: contacts where tables are off no later than the motion, else grains; of the states the one in which most is,
-    /// and first of all one where all that is wrong has something in common.
+    /// What is wrong first: contacts where tables are off no later than the motion, else grains; of the states the one where it is seen
+    /// first and most, and before all others one where all that is wrong has something in common.
     fn wrong_first(&self, variant: &Variant) -> Option<WrongFirst> {
         let of_state = |answered: &&Answered<'_>| {
             let (own, theirs) = self.first_steps(answered, variant);
@@ -382,6 +383,7 @@ impl Tried<'_> {
             let at = |step: u64| own.iter().position(|snapshot| snapshot.step == step);
             let mut first = WrongFirst {
                 state: answered.asked.start.clone(),
+                step: moved,
                 count: grains.len(),
                 condition: None,
                 numbers: None,
@@ -390,7 +392,7 @@ impl Tried<'_> {
                 false => {
                     let at = at(step)?;
                     let before = at.checked_sub(1).map(|before| &own[before]);
-                    first.count = contacts.len();
+                    (first.step, first.count) = (step, contacts.len());
                     first.condition = conditions::of_contacts(case, before, &own[at], &contacts);
                     let said = contacts::what_is_off((&theirs[at]).into(), (&own[at]).into());
                     first.numbers = said.map(|said| format!("after {step} steps {said}"));
@@ -406,7 +408,7 @@ impl Tried<'_> {
             Some(first)
         };
         let found = self.of_law.iter().filter_map(of_state);
-        found.max_by_key(|first| (first.condition.is_some(), first.count))
+        found.max_by_key(|first| (first.condition.is_some(), Reverse(first.step), first.count))
     }
 
     fn cause(&self, fit: Fit, explained: bool, also: Vec<Form>) -> Cause {
@@ -451,6 +453,7 @@ impl Tried<'_> {
 /// What is wrong first in a state.
 struct WrongFirst {
     state: String,
+    step: u64,
     /// How many contacts or grains.
     count: usize,
     condition: Option<String>,
