@@ -603,7 +603,10 @@ impl Reference {
             bodies: self.written(),
             contacts,
             across,
-            memory: Memories::default(),
+            memory: match self.sizes.in_space {
+                true => self.memory(),
+                false => Memories::default(),
+            },
             punch: self.punch,
         }
     }

@@ -432,13 +432,17 @@ fn remembered_in_space(scene: &Scene, snapshot: &Snapshot) -> Memories {
         if let Some(by) = reference.by_table((told.id1, told.id2), told.normal_force) {
             let more = told.normal_force - by.normal_force;
             let most = OUT_OF_TANGENT * hypot(shear) + ROUNDED * by.normal_force.abs();
-            // The limit is as uncertain as the normal force is by its table.
-            let uncertain = (more / by.normal_force).abs().clamp(ROUNDED, UNCERTAIN);
-            let from_limit = (hypot(shear) - by.limit).abs();
-            slides = from_limit <= uncertain * by.limit && by.limit > 0.0;
+            let told_shear = shear;
             if more.abs() <= most {
                 shear = plus(shear, times(more, [nx, ny, nz]));
             }
+            // In tables of fewer digits both forces have those of the engine, and the places make others.
+            let uncertain = (more / by.normal_force).abs().min(UNCERTAIN);
+            let is_at = |force: Vector, limit: f64, share: f64| {
+                (hypot(force) - limit).abs() <= share * limit
+            };
+            slides =
+                is_at(shear, by.limits[0], ROUNDED) || is_at(told_shear, by.limits[1], uncertain);
             if by.brakes_sliding || !slides {
                 shear = minus(shear, by.braking);
             }

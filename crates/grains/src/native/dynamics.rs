@@ -408,7 +408,6 @@ impl Dynamics {
                 stage,
                 step,
                 time: step as f64 * self.constants.dt,
-                memory: reference.memory(),
                 punch: self.state.punch,
                 ..reference.snapshot()
             };

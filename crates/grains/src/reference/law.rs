@@ -55,8 +55,8 @@ pub(super) struct Action {
 pub struct ByTable {
     /// The normal force that these places and velocities make, N.
     pub normal_force: f64,
-    /// Coulomb's limit by the normal force that is told, N.
-    pub limit: f64,
+    /// Coulomb's limit by that force and by the one that is told, N.
+    pub limits: [f64; 2],
     /// What a dashpot along the tangent does, on body 2, N.
     pub braking: Vector,
     /// It does so while the contact slides too.
@@ -238,7 +238,7 @@ impl Reference {
         let told = times(normal_force, touch.normal);
         Some(ByTable {
             normal_force: dot(made, touch.normal),
-            limit: self.limit(&pair, &strength, told).0,
+            limits: [made, told].map(|force| self.limit(&pair, &strength, force).0),
             braking: self.braking(&strength, self.slip(touch, on).0),
             brakes_sliding: self.rules().tangential_dashpot != TangentialDashpot::WhileSticking,
         })
