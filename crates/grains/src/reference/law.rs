@@ -356,7 +356,7 @@ impl Reference {
         [bending, twisting]
     }
 
-    /// The tangential force on body 2, N, what its spring remembers of it, and whether it was cut.
+    /// The tangential force on body 2, N, what its spring remembers of it, and whether it was cut and a dashpot left out.
     fn shear(
         &self,
         touch: &Touch,
@@ -434,7 +434,12 @@ impl Reference {
             true => plus(cut, braking),
             false => cut,
         };
-        (force, kept, slid)
+        // Only such a law needs it in order to go on.
+        (
+            force,
+            kept,
+            slid && dashpot == TangentialDashpot::WhileSticking,
+        )
     }
 
     /// Coulomb's, N, and its square. Of linear springs the square comes first, as in YADE. Adhesion presses as much as it pulls.
