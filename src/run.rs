@@ -76,9 +76,7 @@ fn followed(
         },
         interrupted: None,
         // The native engine would go on from itself, or from a fault that was asked for.
-        // In space contacts do not tell what they remember.
-        continuing: (engine.native().is_none() && !scene.in_space())
-            .then(|| Continuing::new(scene, engine.rules())),
+        continuing: (engine.native().is_none()).then(|| Continuing::new(scene, engine.rules())),
     };
     let run = engine.run(scene, task, work, &mut recorder);
     let run = match (run, recorder.interrupted, engine.native()) {

@@ -9,7 +9,9 @@ use csv::StringRecord;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::files::{Aside, FileError, Place, Stream, failed};
-use grains::tables::{Across, Bodies, BodyIds, Contact, Remembered, tangential};
+use grains::tables::{
+    Across, Bodies, BodyIds, Contact, Memories, Remembered, RememberedAcross, tangential,
+};
 
 /// The most text of a row, bytes: fourteen numbers and their separators, with room to spare.
 const LONGEST_ROW: u64 = 400;
@@ -302,34 +304,72 @@ struct MemoryRow {
     nz: f64,
     sx: f64,
     sz: f64,
+    ny: Option<f64>,
+    sy: Option<f64>,
+    bx: Option<f64>,
+    by: Option<f64>,
+    bz: Option<f64>,
+    tx: Option<f64>,
+    ty: Option<f64>,
+    tz: Option<f64>,
+    slides: Option<u8>,
 }
 
-/// Writes what contacts remember with the columns `id1,id2,nx,nz,sx,sz`.
-pub fn write_memory<'a>(
-    place: impl Into<Place<'a>>,
-    memory: &[Remembered],
-) -> Result<(), FileError> {
-    let rows = memory.iter();
-    let rows = rows.map(|remembered| {
+const MEMORY_COLUMNS: [&str; 6] = ["id1", "id2", "nx", "nz", "sx", "sz"];
+
+/// Further ones in space: moments against bending and twisting, and 1 where the contact slides.
+const MEMORY_ACROSS_COLUMNS: [&str; 9] = ["ny", "sy", "bx", "by", "bz", "tx", "ty", "tz", "slides"];
+
+impl MemoryRow {
+    /// What it has in space besides; nothing where a column is missing or has what it cannot have.
+    fn across(&self) -> Option<RememberedAcross> {
+        let slides = self.slides.filter(|slides| *slides < 2)?;
+        let across = RememberedAcross {
+            normal: self.ny?,
+            shear: self.sy?,
+            bending: [self.bx?, self.by?, self.bz?],
+            twisting: [self.tx?, self.ty?, self.tz?],
+            slides: slides == 1,
+        };
+        let moments = across.bending.into_iter().chain(across.twisting);
+        let mut numbers = moments.chain([across.shear]);
+        numbers.all(f64::is_finite).then_some(across)
+    }
+}
+
+/// Writes what contacts remember with these columns.
+pub fn write_memory<'a>(place: impl Into<Place<'a>>, memory: &Memories) -> Result<(), FileError> {
+    let mut header = MEMORY_COLUMNS.to_vec();
+    if !memory.across.is_empty() {
+        header.extend(MEMORY_ACROSS_COLUMNS);
+    }
+    let rows = memory.planar.iter().enumerate().map(|(at, remembered)| {
+        let across = memory.across.get(at).map(|across| {
+            let forces = (across.normal, across.shear);
+            let slides = u8::from(across.slides);
+            (forces, across.bending, across.twisting, slides)
+        });
         (
             remembered.id1,
             remembered.id2,
             remembered.normal,
             remembered.shear,
+            Vec::from_iter(across),
         )
     });
-    write_rows(place, &["id1", "id2", "nx", "nz", "sx", "sz"], rows)
+    write_rows(place, &header, rows)
 }
 
 /// Reads what these contacts remember, in their order and with their normals.
 pub fn read_memory<'a>(
     place: impl Into<Place<'a>>,
     contacts: &[Contact],
-) -> Result<Vec<Remembered>, FileError> {
+    across: &[Across],
+) -> Result<Memories, FileError> {
     let rows = Rows::<MemoryRow>::open(place, contacts.len() as u64)?;
     let path = &rows.path.clone();
     let strange = || unlike(path, "it does not belong to the table of contacts");
-    let mut memory = Vec::with_capacity(contacts.len());
+    let mut memory = Memories::default();
     for line in rows {
         let row = line?;
         let remembered = Remembered {
@@ -338,14 +378,21 @@ pub fn read_memory<'a>(
             normal: [row.nx, row.nz],
             shear: [row.sx, row.sz],
         };
+        let of_space = row.across();
         let contact = contacts.get(memory.len()).ok_or_else(strange)?;
+        let normals = [
+            across.get(memory.len()).map(|across| across.normal),
+            of_space.map(|across| across.normal),
+        ];
         let fits = (remembered.id1, remembered.id2, remembered.normal)
             == (contact.id1, contact.id2, contact.normal)
-            && remembered.shear.iter().all(|force| force.is_finite());
+            && remembered.shear.iter().all(|force| force.is_finite())
+            && normals[0] == normals[1];
         if !fits {
             return Err(strange());
         }
-        memory.push(remembered);
+        memory.planar.push(remembered);
+        memory.across.extend(of_space);
     }
     match memory.len() == contacts.len() {
         true => Ok(memory),

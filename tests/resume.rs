@@ -47,6 +47,41 @@ fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
     has(&record, ["\"parts\": 4"]);
 }
 
+#[test]
+fn a_run_in_space_goes_on_from_any_step_of_pouring() {
+    let folder = &new_folder();
+    let mut scene: Value = json_of(root("examples/poured-spheres.json"));
+    scene["particles"]["count"] = 60.into();
+    scene["damping"]["alpha"] = 0.3.into();
+    scene["settle"]["kinetic_energy_fraction"] = 0.001.into();
+    scene["measurement"]["history_every"] = 700.into();
+    scene["loading"]["speed"] = 0.1.into();
+    let moments = json!({"bending_stiffness": 0.5, "twisting_stiffness": 0.3, "limit": 0.1});
+    scene["contact"]["rolling"] = moments;
+    fs::write(folder.join("scene.json"), scene.to_string()).expect("writable");
+    run(folder, 0, "scene", "whole");
+    let rows = text_of(folder.join("whole/memory.csv"));
+    has(&rows, ["ny,sy,bx,by,bz,tx,ty,tz,slides"]);
+    assert!(folder.join("whole/settled-memory.csv").is_file());
+    for more in [
+        "1 --steps 1",
+        "1300 --steps 1300 --from-state 1",
+        "2001 --steps 2001 --from-state 1300",
+        "end --from-state 2001",
+        "settled --until settled",
+        "loaded --from-state settled",
+    ] {
+        run(folder, 0, "scene", more);
+    }
+    assert_same_tables(folder, "whole", "end");
+    assert_same_tables(folder, "whole", "loaded");
+    let memory = folder.join("2001/memory.csv");
+    let rows = text_of(&memory).replace(",slides", ",other");
+    put(&memory, rows);
+    let complaint = run(folder, 2, "scene", "out --from-state 2001");
+    has(&complaint, ["memory.csv"]);
+}
+
 /// Asked to end again and again, in both stages, it comes to the same end.
 #[test]
 fn an_interrupted_run_is_kept_and_goes_on() {

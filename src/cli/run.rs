@@ -202,10 +202,8 @@ impl Arguments {
         if let Some(seed) = self.seed {
             scene.realization = seed;
         }
-        if scene.in_space()
-            && (self.auto_step.is_some() || self.reduced_stiffness || self.from_state.is_some())
-        {
-            let why = "--auto-step, --reduced-stiffness and --from-state are for scenes in the plane: leave /box/depth or them away";
+        if scene.in_space() && (self.auto_step.is_some() || self.reduced_stiffness) {
+            let why = "--auto-step and --reduced-stiffness are for scenes in the plane: leave /box/depth or them away";
             return Err(Error::Usage(why.to_owned()));
         }
         has_room(&self.out, RECORD)?;

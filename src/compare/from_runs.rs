@@ -15,7 +15,7 @@ use grains::measure::HistoryRow;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise, first_contact_punch};
 use grains::scene::Scene;
-use grains::tables::{Bodies, Contact, Punch, Snapshot, Stage, StopReason};
+use grains::tables::{Bodies, Contact, Memories, Punch, Snapshot, Stage, StopReason};
 use grains::task::{Case, Observer, Seen, Start, Task};
 use verdict::contacts;
 use verdict::envelope::{Resolution, of_replica};
@@ -70,7 +70,7 @@ pub fn states(a: &RunFolder, b: &RunFolder) -> Result<Reference, NativeError> {
         // Some engines count their own steps alone.
         let from = Start {
             step: 0,
-            memory: Vec::new(),
+            memory: Memories::default(),
             ..last.into()
         };
         excerpts.push(Excerpt::new(

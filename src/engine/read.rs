@@ -17,7 +17,7 @@ use grains::native::check_moment;
 use grains::native::timing::{Share, Window};
 use grains::scene::Scene;
 use grains::tables::{
-    Across, Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason, tangential,
+    Across, Bodies, BodyIds, Contact, Memories, Punch, Snapshot, Stage, StopReason, tangential,
 };
 use grains::task::{
     Case, Effective, Load, Observer, Outcome, Seen, StageReport, Task, Until, moments,
@@ -392,7 +392,7 @@ impl<'a> Moments<'a> {
             bodies,
             contacts,
             across,
-            memory: Vec::new(),
+            memory: Memories::default(),
             punch,
         };
         Ok((snapshot, moment.loads))

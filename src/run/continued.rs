@@ -99,9 +99,9 @@ impl Continuing {
 
     pub fn moment(&mut self, snapshot: &Snapshot) {
         let rises = |last: &Snapshot| last.stage != snapshot.stage || last.step < snapshot.step;
-        // What contacts in space remember is in no table.
+        // Moments against rolling and twisting are in no table.
         let law = Model::in_stage(&self.scene, snapshot.stage).law;
-        let is_told = !snapshot.bodies.in_space() || !law.has_history();
+        let is_told = law.contact.rolling.is_none();
         if snapshot.bodies.len() > LARGEST || !is_told || !self.last.back().is_none_or(rises) {
             return;
         }
@@ -301,7 +301,7 @@ impl Continuing {
 mod tests {
     use super::{Continuing, Rules, Snapshot, Stage};
     use grains::scene::paper_scene;
-    use grains::tables::Bodies;
+    use grains::tables::{Bodies, Memories};
 
     /// One grain of 1 kg with this kinetic energy, J.
     fn moment(step: u64, energy: f64) -> Snapshot {
@@ -314,7 +314,7 @@ mod tests {
             bodies,
             contacts: Vec::new(),
             across: Vec::new(),
-            memory: Vec::new(),
+            memory: Memories::default(),
             punch: None,
         }
     }

@@ -25,7 +25,7 @@ use crate::tables::{self as text, Rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::rotates;
 use grains::scene::{Scene, SceneError, parse_scene};
-use grains::tables::{Across, Bodies, BodyIds, Contact, Remembered, Snapshot, Stage, StopReason};
+use grains::tables::{Across, Bodies, BodyIds, Contact, Memories, Snapshot, Stage, StopReason};
 use grains::task::{StageReport, moments};
 
 /// Grains and contacts at one moment.
@@ -37,7 +37,7 @@ pub struct Moment {
     /// What they have besides in space, in the same order.
     pub across: Vec<Across>,
     /// What they remember, in the same order; empty without friction, and of engines that do not tell.
-    pub memory: Vec<Remembered>,
+    pub memory: Memories,
 }
 
 impl Moment {
@@ -278,8 +278,8 @@ impl RunFolder {
             ensure(of_grains, &format!("{prefix}contacts.csv {why}"))?;
             let memory = packed(path, &format!("{prefix}memory.csv"));
             let memory = match Place::from((path, &memory)).is_taken() {
-                true => text::read_memory((path, &memory), &contacts)?,
-                false => Vec::new(),
+                true => text::read_memory((path, &memory), &contacts, &across)?,
+                false => Memories::default(),
             };
             Ok(Moment {
                 bodies,

@@ -419,9 +419,16 @@ fn every_step(engine: &dyn Engine, resolution: Resolution) -> Said {
         return Err(Trouble::Skipped(why.to_owned()));
     }
     let lacks = |job: &Job| engine.lacks(&job.scene, &job.task);
-    let rough = Some(long_pouring(true)).filter(|_| rules.springs_are_forces());
-    let smooth = [long_pouring(false), long_pouring_in_space()];
-    let mut jobs = rough.into_iter().chain(smooth);
+    let jobs = [
+        (true, long_pouring as fn(bool) -> Job),
+        (false, long_pouring),
+        (true, long_pouring_in_space),
+        (false, long_pouring_in_space),
+    ];
+    let told = jobs
+        .into_iter()
+        .filter(|(rough, _)| !rough || rules.springs_are_forces());
+    let mut jobs = told.map(|(rough, job)| job(rough));
     let asked = jobs.find(|job| lacks(job).is_none());
     let mut job = asked.unwrap_or_else(|| long_pouring(false));
     has_all(lacks(&job))?;
@@ -899,11 +906,13 @@ fn long_pouring(rough: bool) -> Job {
     Job::new("every-step", "", (scene, task), |_, _, _| Ok(()))
 }
 
-/// Of spheres, whose positions and velocities alone tell how they go on.
-fn long_pouring_in_space() -> Job {
+/// Of spheres, with friction and dashpots, or frictionless.
+fn long_pouring_in_space(rough: bool) -> Job {
     let mut scene = verdict::spheres::scene();
     scene.particles.count = 60;
-    scene.material.friction_angle = 0.0;
+    if !rough {
+        scene.material.friction_angle = 0.0;
+    }
     scene.measurement.history_every = 100;
     let mut bodies = initial_bodies(&scene);
     bodies.vz.fill(-2.0);

@@ -90,7 +90,9 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(dashpot_corrected)   /* the normal dashpot gets the stretched slip velocity */                                   \
     X(clipping)            /* the other way */                                                                         \
     X(shear_dashpot)       /* 1: none; 2: limited together with the spring; 3: of k_n; 4: also while sliding */         \
-    X(history_reset) X(history_not_turned) X(history_turned_back)                                                      \
+    X(history_reset)                                                                                                   \
+    X(history_late)        /* reset after so many steps: no first steps show it */                                     \
+    X(history_not_turned) X(history_turned_back)                                                      \
     X(history_turned_late) /* after the slip is added */                                                               \
     X(history_twist)       /* about the normal, 1: not; 2: back; 3: twice; 4: by the first spin alone */                \
     X(history_projected)   /* projected instead of turned */                                                           \
@@ -168,6 +170,9 @@ static void *resized(void *old, size_t count, size_t size)
     if (!new) fail("out of memory");
     return new;
 }
+
+/* Since the program began. */
+static long steps_made;
 
 static void read_faults(const char *at)
 {
@@ -559,7 +564,8 @@ static void act(Contact *of, const Contact *old)
 
     /* Along the tangent. */
     V kept = {{0}}, sideways = {{0}};
-    const bool remembers = old && !fault.history_reset && !(flat && fault.history_at_walls);
+    const bool late = fault.history_late && steps_made > fault.history_late;
+    const bool remembers = old && !late && !fault.history_reset && !(flat && fault.history_at_walls);
     if (friction) {
         const local approach = -dot(n, relative);
         local time = dt;
@@ -812,6 +818,7 @@ static void move_punch(void) { punch.x[Z] += punch.velocity * dt; }
 
 static void step_once(void)
 {
+    steps_made++;
     if (!fault.punch_late) move_punch();
     const real kick = first_step ? dt * (real)fault.first_kick : dt;
     for (int id = 0; id < count; id++) {

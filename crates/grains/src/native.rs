@@ -32,7 +32,7 @@ pub use threads::Threads;
 use std::iter::repeat;
 
 use crate::constant::Given;
-use crate::tables::{Body, Snapshot, Stage};
+use crate::tables::{Body, Memories, Snapshot, Stage};
 use crate::task::{Case, Effective, EffectiveContact, Load};
 use dynamics::Dynamics;
 use neighbours::Skin;
@@ -186,7 +186,14 @@ fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
     let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
     let skin = options.skin_over_radius * largest;
     let (skin, threads) = (Skin::Fixed(skin), Threads::default());
-    Dynamics::new(&bodies, punch, &[], constants, skin, threads)
+    Dynamics::new(
+        &bodies,
+        punch,
+        &Memories::default(),
+        constants,
+        skin,
+        threads,
+    )
 }
 
 fn failed(step: u64) -> impl FnOnce(Trouble) -> NativeError {

@@ -16,7 +16,8 @@ use crate::rules::{
     Rules, WrittenVelocities,
 };
 use crate::tables::{
-    Across, Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage, tangential,
+    Across, Bodies, Body, Contact, Memories, Punch, Remembered, RememberedAcross, Snapshot, Stage,
+    tangential,
 };
 use crate::variant::{Form, Variant};
 use crate::vector::{Vector, dot, each, hypot, in_plane, in_space, minus, norm, plus, times};
@@ -42,6 +43,8 @@ pub struct Reference {
     /// What contacts remember, sorted by ids.
     memories: Vec<Memory>,
     steps: u64,
+    /// The time step, s, while forces are evaluated in no time.
+    looks: Option<f64>,
     /// The radii that stiffnesses are made from, m.
     stiffness_radius: Vec<f64>,
     /// The punch that grains feel.
@@ -98,6 +101,8 @@ struct Memory {
     /// Moments on body 2 against rolling and twisting, N·m.
     bending: Vector,
     twisting: Vector,
+    /// The force was cut, so that no dashpot was added along the tangent.
+    slides: bool,
     pair: Pair,
 }
 
@@ -108,6 +113,18 @@ impl From<&Memory> for Remembered {
             id2: memory.ids.1,
             normal: in_plane(memory.normal),
             shear: in_plane(memory.shear),
+        }
+    }
+}
+
+impl From<&Memory> for RememberedAcross {
+    fn from(memory: &Memory) -> Self {
+        RememberedAcross {
+            normal: memory.normal[1],
+            shear: memory.shear[1],
+            bending: memory.bending,
+            twisting: memory.twisting,
+            slides: memory.slides,
         }
     }
 }
@@ -128,11 +145,11 @@ impl Reference {
         for (constant, larger) in &variant.larger {
             constant.enlarge(&mut given, *larger);
         }
-        Reference::going_on(given, &[], variant)
+        Reference::going_on(given, &Memories::default(), variant)
     }
 
     /// The same from contacts that remember something; where they do, the forces at the start are those that they remember.
-    pub(crate) fn going_on(given: Given, memory: &[Remembered], variant: &Variant) -> Self {
+    pub(crate) fn going_on(given: Given, memory: &Memories, variant: &Variant) -> Self {
         let Given {
             constants,
             bodies,
@@ -161,6 +178,7 @@ impl Reference {
             torque: Vec::new(),
             memories: Vec::new(),
             steps: 0,
+            looks: None,
             before: None,
             touched: BTreeMap::new(),
             listed: None,
@@ -169,16 +187,19 @@ impl Reference {
             constants,
         };
         reference.choose();
-        let remembered = memory.iter().map(|planar| {
+        let remembered = memory.planar.iter().enumerate().map(|(at, planar)| {
             let ids = (planar.id1, planar.id2);
-            Memory {
-                ids,
+            let mut kept = Memory {
                 normal: in_space(planar.normal),
                 shear: in_space(planar.shear),
-                bending: [0.0; 3],
-                twisting: [0.0; 3],
-                pair: reference.pair(ids),
+                ..Memory::new(ids, reference.pair(ids))
+            };
+            if let Some(across) = memory.across.get(at) {
+                (kept.normal[1], kept.shear[1]) = (across.normal, across.shear);
+                (kept.bending, kept.twisting) = (across.bending, across.twisting);
+                kept.slides = across.slides;
             }
+            kept
         });
         reference.memories = remembered.collect();
         match memory.is_empty() {
@@ -191,10 +212,11 @@ impl Reference {
     /// Evaluates the forces without slip or limit, so that what contacts remember stays.
     fn look(&mut self) {
         let dt = std::mem::replace(&mut self.constants.dt, 0.0);
+        self.looks = Some(dt);
         let tangents = std::mem::replace(&mut self.tangents, [f64::INFINITY; 3]);
         self.pair_again();
         self.forces();
-        (self.constants.dt, self.tangents) = (dt, tangents);
+        (self.constants.dt, self.tangents, self.looks) = (dt, tangents, None);
         self.pair_again();
     }
 
@@ -245,11 +267,13 @@ impl Reference {
         }
     }
 
-    /// What contacts remember, sorted by ids; nothing in space.
-    pub fn memory(&self) -> Vec<Remembered> {
-        let planar = !self.sizes.in_space;
-        let told = self.memories.iter().filter(|_| planar);
-        told.map(Remembered::from).collect()
+    /// What contacts remember, sorted by ids.
+    pub fn memory(&self) -> Memories {
+        let across = self.memories.iter().filter(|_| self.sizes.in_space);
+        Memories {
+            planar: self.memories.iter().map(Remembered::from).collect(),
+            across: across.map(RememberedAcross::from).collect(),
+        }
     }
 
     /// The grains now; radii are those at contacts.
@@ -579,7 +603,10 @@ impl Reference {
             bodies: self.written(),
             contacts,
             across,
-            memory: Vec::new(),
+            memory: match self.sizes.in_space {
+                true => self.memory(),
+                false => Memories::default(),
+            },
             punch: self.punch,
         }
     }

@@ -329,6 +329,41 @@ impl From<&Contact> for Remembered {
     }
 }
 
+/// What such a contact remembers in space besides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RememberedAcross {
+    /// The y component of the normal.
+    pub normal: f64,
+    /// That of the tangential force, N, which in space is the spring's alone.
+    pub shear: f64,
+    /// Moments on body 2 against rolling and twisting, N·m.
+    pub bending: [f64; 3],
+    pub twisting: [f64; 3],
+    /// The force was cut by Coulomb's limit, so that a dashpot along the tangent was left out.
+    pub slides: bool,
+}
+
+/// What contacts remember, sorted by (id1, id2).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Memories {
+    /// Of each contact.
+    pub planar: Vec<Remembered>,
+    /// Of each contact, in the same order; empty in the plane.
+    pub across: Vec<RememberedAcross>,
+}
+
+impl Memories {
+    /// Of how many contacts.
+    pub fn len(&self) -> usize {
+        self.planar.len()
+    }
+
+    /// Whether nothing is remembered.
+    pub fn is_empty(&self) -> bool {
+        self.planar.is_empty()
+    }
+}
+
 /// One moment of a run: the state after `step` steps of its stage, contacts at these positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
@@ -344,8 +379,8 @@ pub struct Snapshot {
     pub contacts: Vec<Contact>,
     /// Of all contacts, in the same order; empty in the plane.
     pub across: Vec<Across>,
-    /// Of all contacts, in the same order; empty without friction, in space, and of engines that do not tell.
-    pub memory: Vec<Remembered>,
+    /// Of all contacts, in the same order; empty without friction and of engines that do not tell.
+    pub memory: Memories,
     /// The punch, once there is one.
     pub punch: Option<Punch>,
 }

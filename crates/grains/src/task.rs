@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
 use crate::scene::Scene;
-use crate::tables::{Bodies, BodyIds, Punch, Remembered, Snapshot, Stage, StopReason};
+use crate::tables::{Bodies, BodyIds, Memories, Punch, Snapshot, Stage, StopReason};
 
 /// From where to where an engine runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Start {
     /// step 0 makes it.
     pub punch: Option<Punch>,
     /// What contacts with friction remember; where it is empty, they begin to in this state.
-    pub memory: Vec<Remembered>,
+    pub memory: Memories,
     /// What the rules have seen before.
     pub seen: Seen,
 }
@@ -73,7 +73,7 @@ impl From<Bodies> for Start {
             step: 0,
             bodies,
             punch: None,
-            memory: Vec::new(),
+            memory: Memories::default(),
             seen: Seen::default(),
         }
     }

@@ -5,11 +5,11 @@ use grains::measure::porosity;
 use grains::model::{Model, Solid};
 use grains::native::{self, Options};
 use grains::scene::{
-    Cloud, ContactLaw, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
-    paper_scene, parse_scene,
+    Cloud, ContactLaw, Damping, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms,
+    Viscosity, paper_scene, parse_scene,
 };
-use grains::tables::{Bodies, Punch, Snapshot};
-use grains::task::{Case, Task};
+use grains::tables::{Bodies, Memories, Punch, Snapshot, Stage};
+use grains::task::{Case, Start, Task, Until};
 use grains::variant::{self, Variant};
 
 fn run(scene: &Scene, bodies: Bodies, steps: u64) -> Snapshot {
@@ -247,6 +247,7 @@ fn lists_and_lanes_have_the_bits_of_the_step_written_out() {
             assert_eq!(fast.bodies.digest(), plain.bodies.digest(), "{when}");
             assert_eq!(fast.contacts, plain.contacts, "{when}");
             assert_eq!(fast.across, plain.across, "{when}");
+            assert_eq!(fast.memory, plain.memory, "{when}");
             assert_eq!(fast.punch, plain.punch, "{when}");
             at_walls += plain
                 .contacts
@@ -260,5 +261,72 @@ fn lists_and_lanes_have_the_bits_of_the_step_written_out() {
             last > 120 && at_walls > 30 && at_punch > 5,
             "{name}: {last} {at_walls} {at_punch}"
         );
+    }
+}
+
+/// With dashpots, moments and the punch, between two steps in which contacts stick and slide.
+#[test]
+fn a_run_goes_on_from_its_moments_with_the_same_bits() {
+    let mut scene = poured();
+    scene.particles.count = 60;
+    (scene.container.width, scene.container.depth) = (0.05, Some(0.04));
+    let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
+    *columns = 4;
+    scene.damping = Damping::Cundall { alpha: 0.3 };
+    scene.contact.torque_arms = TorqueArms::ContactPoint;
+    scene.contact.rolling = Some(Rolling {
+        bending_stiffness: 0.5,
+        twisting_stiffness: 0.3,
+        limit: Some(0.1),
+    });
+    scene.settle.kinetic_energy_fraction = 0.01;
+    scene.measurement.history_every = 37;
+    scene.loading.speed = 0.5;
+    scene.loading.half_width = 0.015;
+    scene.loading.pressure = 1.0e9;
+    scene.loading.give_up_depth = 0.005;
+    let mut whole: Vec<Snapshot> = Vec::new();
+    let task = Task::whole(initial_bodies(&scene));
+    native::run(&scene, &task, &Options::default(), &mut whole).expect("a run that finishes");
+    let punched = |moment: &Snapshot| moment.contacts.iter().any(|of| of.id1 == 65);
+    let slides = |moment: &Snapshot| moment.memory.across.iter().any(|of| of.slides);
+    let sticks = |moment: &Snapshot| moment.memory.across.iter().any(|of| !of.slides);
+    let is_lively = |moment: &&Snapshot| slides(moment) && sticks(moment);
+    let of_stage = |stage| whole.iter().filter(move |moment| moment.stage == stage);
+    let pouring: Vec<_> = of_stage(Stage::Settle).filter(is_lively).collect();
+    let loading = of_stage(Stage::Load).filter(is_lively);
+    let loading: Vec<_> = loading.filter(|moment| punched(moment)).collect();
+    assert!(pouring.len() > 5 && loading.len() > 5);
+    for from in [
+        pouring[2],
+        pouring[pouring.len() / 2],
+        loading[1],
+        loading[3],
+    ] {
+        let rest: Vec<&Snapshot> = of_stage(from.stage)
+            .filter(|moment| moment.step >= from.step)
+            .collect();
+        let last = rest.last().expect("moments").step;
+        let goes_on = |start: Start| {
+            let mut again: Vec<Snapshot> = Vec::new();
+            let until = Until::Step(last);
+            let task = Task { start, until };
+            let done = native::run(&scene, &task, &Options::default(), &mut again);
+            done.expect("a run that finishes");
+            again
+        };
+        let again = goes_on(from.clone().into());
+        assert_eq!(again.len(), rest.len());
+        for (again, whole) in again.iter().zip(rest) {
+            let when = format!("{:?} {} {}", from.stage, from.step, whole.step);
+            assert_eq!(again.digest(), whole.digest(), "{when}");
+            assert_eq!(again.memory, whole.memory, "{when}");
+        }
+        let forgets = goes_on(Start {
+            memory: Memories::default(),
+            ..from.clone().into()
+        });
+        let [forgot, kept] = [&forgets, &again].map(|of| of[1].digest());
+        assert_ne!(forgot, kept, "contacts remember nothing");
     }
 }

@@ -6,10 +6,13 @@ use std::sync::OnceLock;
 use evidence::in_parallel;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise};
+use grains::reference::Reference;
 use grains::rules::Rules;
 use grains::scene::{AfterForce, Scene};
-use grains::tables::{Bodies, BodyIds, Remembered, Snapshot};
+use grains::tables::{Bodies, BodyIds, Memories, Remembered, RememberedAcross, Snapshot};
 use grains::task::{Case, Observer, Seen, Start, Task, Until};
+use grains::variant::Variant;
+use grains::vector::{Vector, hypot, minus, plus, times};
 
 use crate::Answer;
 use crate::contacts::OUT_OF_TANGENT;
@@ -378,8 +381,15 @@ const LEAST_GROWN: f64 = 1.0 + 1.0e-4;
 
 /// What contacts remember, as far as their table tells it: the tangential force; and along the normal what the force has more than spring
 /// and dashpot, for a spring that is turned to the first order does not quite stay in the tangent.
-fn remembered(scene: &Scene, snapshot: &Snapshot) -> Result<Vec<Remembered>, NativeError> {
-    let mut memory: Vec<Remembered> = snapshot.contacts.iter().map(Remembered::from).collect();
+fn remembered(scene: &Scene, snapshot: &Snapshot) -> Result<Memories, NativeError> {
+    if snapshot.bodies.in_space() {
+        return Ok(remembered_in_space(scene, snapshot));
+    }
+    let planar = snapshot.contacts.iter().map(Remembered::from).collect();
+    let mut memory = Memories {
+        planar,
+        across: Vec::new(),
+    };
     let task = Task {
         start: Start {
             memory: memory.clone(),
@@ -393,7 +403,7 @@ fn remembered(scene: &Scene, snapshot: &Snapshot) -> Result<Vec<Remembered>, Nat
     let made: BTreeMap<_, _> = made
         .map(|contact| ((contact.id1, contact.id2), contact.normal_force))
         .collect();
-    for (memory, told) in memory.iter_mut().zip(&snapshot.contacts) {
+    for (memory, told) in memory.planar.iter_mut().zip(&snapshot.contacts) {
         let Some(made) = made.get(&(told.id1, told.id2)) else {
             continue;
         };
@@ -406,6 +416,54 @@ fn remembered(scene: &Scene, snapshot: &Snapshot) -> Result<Vec<Remembered>, Nat
     }
     Ok(memory)
 }
+
+/// The same in space, where the tangential force is the spring's and the dashpot's; of a contact that slides it is the spring's alone,
+/// which is at its limit.
+fn remembered_in_space(scene: &Scene, snapshot: &Snapshot) -> Memories {
+    let start = Start::from(snapshot.clone());
+    let model = Model::in_stage(scene, start.constants());
+    let punch = start.punch_in(scene);
+    let reference = Reference::new(&model, &snapshot.bodies, punch, &Variant::default());
+    let mut memories = Memories::default();
+    for (told, across) in snapshot.contacts.iter().zip(&snapshot.across) {
+        let ([nx, nz], ny) = (told.normal, across.normal);
+        let mut shear: Vector = across.tangential;
+        let mut slides = false;
+        if let Some(by) = reference.by_table((told.id1, told.id2), told.normal_force) {
+            let more = told.normal_force - by.normal_force;
+            let most = OUT_OF_TANGENT * hypot(shear) + ROUNDED * by.normal_force.abs();
+            let told_shear = shear;
+            if more.abs() <= most {
+                shear = plus(shear, times(more, [nx, ny, nz]));
+            }
+            // In tables of fewer digits both forces have those of the engine, and the places make others.
+            let uncertain = (more / by.normal_force).abs().min(UNCERTAIN);
+            let is_at = |force: Vector, limit: f64, share: f64| {
+                (hypot(force) - limit).abs() <= share * limit
+            };
+            slides =
+                is_at(shear, by.limits[0], ROUNDED) || is_at(told_shear, by.limits[1], uncertain);
+            if by.brakes_sliding || !slides {
+                shear = minus(shear, by.braking);
+            }
+        }
+        memories.planar.push(Remembered {
+            shear: [shear[0], shear[2]],
+            ..Remembered::from(told)
+        });
+        memories.across.push(RememberedAcross {
+            normal: ny,
+            shear: shear[1],
+            bending: [0.0; 3],
+            twisting: [0.0; 3],
+            slides,
+        });
+    }
+    memories
+}
+
+/// How much at most of Coulomb's limit is uncertain where a table has fewer digits.
+const UNCERTAIN: f64 = 1.0e-6;
 
 /// How much of a normal force is rounding.
 const ROUNDED: f64 = 1.0e-9;

@@ -3,7 +3,7 @@
 
 use grains::model::{Axis, Wall};
 use grains::scene::Viscosity;
-use grains::tables::{Bodies, Contact, Punch, Snapshot};
+use grains::tables::{Bodies, Contact, Memories, Punch, Snapshot};
 use grains::task::Case;
 
 /// How the same things are called elsewhere.
@@ -211,7 +211,7 @@ impl Frame {
             bodies: back.bodies(&told.bodies),
             contacts,
             across: Vec::new(),
-            memory: Vec::new(),
+            memory: Memories::default(),
             punch: told.punch.map(|punch| back.punch(punch)),
         }
     }

@@ -19,7 +19,7 @@ use crate::constant::Given;
 use crate::model::Kernel;
 use crate::reference::Reference;
 use crate::reference::space::Space;
-use crate::tables::{Bodies, Body, Contact, Punch, Remembered, Snapshot, Stage};
+use crate::tables::{Bodies, Body, Contact, Memories, Punch, Remembered, Snapshot, Stage};
 use crate::variant::Variant;
 use crate::vector::in_plane;
 
@@ -106,7 +106,7 @@ impl Dynamics {
     pub fn new(
         bodies: &Bodies,
         punch: Option<Punch>,
-        memory: &[Remembered],
+        memory: &Memories,
         constants: Constants,
         skin: Skin,
         threads: Threads,
@@ -131,7 +131,7 @@ impl Dynamics {
             dynamics.list_neighbours()?;
             dynamics.evaluate_forces(&mut Clock::default());
         } else {
-            dynamics.list(Some(memory))?;
+            dynamics.list(Some(&memory.planar))?;
             // Neither slip nor a limit: what is remembered stays to the bit.
             let rules = ContactRules {
                 dt: 0.0,
@@ -440,7 +440,10 @@ impl Dynamics {
             bodies: self.state.bodies(),
             contacts,
             across: Vec::new(),
-            memory,
+            memory: Memories {
+                planar: memory,
+                across: Vec::new(),
+            },
             punch: self.state.punch,
         }
     }
@@ -448,7 +451,7 @@ impl Dynamics {
     /// All contacts with what they remember, sorted by ids. Without friction that is the normal alone.
     fn contacts(&self) -> (Vec<Contact>, Vec<Remembered>) {
         if let Some(reference) = self.with_contacts() {
-            return (reference.contacts(), reference.memory());
+            return (reference.contacts(), reference.memory().planar);
         }
         let (state, constants) = (&self.state, &self.constants);
         let mut listed = Vec::new();
@@ -654,7 +657,14 @@ pub mod tests {
             most: threads,
             grains_each: 100,
         };
-        let dynamics = Dynamics::new(&bodies, None, &[], constants, skin, threads);
+        let dynamics = Dynamics::new(
+            &bodies,
+            None,
+            &Memories::default(),
+            constants,
+            skin,
+            threads,
+        );
         dynamics.expect("a sound start")
     }
 

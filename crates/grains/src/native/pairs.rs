@@ -367,6 +367,7 @@ mod tests {
     use crate::generate::initial_bodies;
     use crate::model::Model;
     use crate::scene::{Viscosity, paper_scene};
+    use crate::tables::Memories;
 
     /// The obvious version: the scalar law, one pair after the other in the order of the sorted loop.
     fn reference(state: &State, pairs: &Pairs, rules: &ContactRules) -> (Vec<Sum>, Vec<Memory>) {
@@ -448,7 +449,14 @@ mod tests {
         let (mut touching, mut sheared) = (0, 0);
         for constants in laws() {
             let rules = constants.contact_rules();
-            let dynamics = Dynamics::new(&bodies, None, &[], constants, SKIN, Threads::default());
+            let dynamics = Dynamics::new(
+                &bodies,
+                None,
+                &Memories::default(),
+                constants,
+                SKIN,
+                Threads::default(),
+            );
             let mut dynamics = dynamics.expect("a sound start");
             for step in 1..=4000 {
                 // What contacts remember of the step before; a list that was made anew has other pairs.

@@ -12,7 +12,7 @@ use super::neighbours::Skin;
 use super::state::Constants;
 use super::threads::Threads;
 use crate::model::Model;
-use crate::tables::{Bodies, Stage};
+use crate::tables::{Bodies, Memories, Stage};
 
 /// A moment on the clock of this thread's processor time, or of all of the process.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,14 @@ pub fn parts_of_a_step(
 ) -> Result<Clocked, Trouble> {
     let constants = Constants::new(model, bodies.len() as u32);
     let skin = Skin::Adaptive { radius };
-    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin, Threads::default())?;
+    let mut dynamics = Dynamics::new(
+        bodies,
+        None,
+        &Memories::default(),
+        constants,
+        skin,
+        Threads::default(),
+    )?;
     let builds = dynamics.neighbours.builds;
     let mut clock = Clock(Some(Default::default()));
     for _ in 0..steps {

@@ -51,6 +51,18 @@ pub(super) struct Action {
     pub memory: Option<Memory>,
 }
 
+/// What a contact's table does not tell of its tangential force.
+pub struct ByTable {
+    /// The normal force that these places and velocities make, N.
+    pub normal_force: f64,
+    /// Coulomb's limit by that force and by the one that is told, N.
+    pub limits: [f64; 2],
+    /// What a dashpot along the tangent does, on body 2, N.
+    pub braking: Vector,
+    /// It does so while the contact slides too.
+    pub brakes_sliding: bool,
+}
+
 const NONE: Vector = [0.0; 3];
 
 impl Reference {
@@ -214,6 +226,24 @@ impl Reference {
         [one, grain(ids.1)]
     }
 
+    /// What these bodies' contact does besides its spring along the tangent, where its table tells this normal force; none where they do
+    /// not touch.
+    pub fn by_table(&self, ids: (u32, u32), normal_force: f64) -> Option<ByTable> {
+        let at = self.touching.binary_search_by_key(&ids, |of| of.ids).ok()?;
+        let touch = &self.touching[at].touch;
+        let pair = self.pair(ids);
+        let strength = self.strength(ids, touch, &pair);
+        let on = self.motions(ids, touch.first);
+        let made = self.normal_force(touch, on, &strength, pair.pull);
+        let told = times(normal_force, touch.normal);
+        Some(ByTable {
+            normal_force: dot(made, touch.normal),
+            limits: [made, told].map(|force| self.limit(&pair, &strength, force).0),
+            braking: self.braking(&strength, self.slip(touch, on).0),
+            brakes_sliding: self.rules().tangential_dashpot != TangentialDashpot::WhileSticking,
+        })
+    }
+
     /// What a contact does that remembers this, and what it remembers after this step.
     pub(super) fn act(&self, ids: Ids, touch: &Touch, remembered: Option<&Memory>) -> Action {
         let pair = remembered.map_or_else(|| self.pair(ids), |memory| memory.pair);
@@ -228,7 +258,8 @@ impl Reference {
                 memory: None,
             };
         }
-        let (shear, kept) = self.shear(touch, on, (&pair, &strength), normal_force, remembered);
+        let (shear, kept, slides) =
+            self.shear(touch, on, (&pair, &strength), normal_force, remembered);
         let force = plus(normal_force, shear);
         let [bending, twisting] = match self.constants.law.contact.rolling {
             Some(rolling) => self.moments(&rolling, touch, on, normal_force, remembered),
@@ -244,6 +275,7 @@ impl Reference {
                 shear: kept,
                 bending,
                 twisting,
+                slides,
                 pair,
             }),
         }
@@ -313,7 +345,8 @@ impl Reference {
         });
         // As in YADE, where a force of zero limits nothing.
         let force = norm(normal_force);
-        if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0 && force > 0.0) {
+        let limits = self.looks.is_none() && force > 0.0;
+        if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0 && limits) {
             let most = force * (limit * ((touch.radii[0] + touch.radii[1]) / 2.0));
             let size = norm(bending);
             if size > most {
@@ -323,7 +356,7 @@ impl Reference {
         [bending, twisting]
     }
 
-    /// The tangential force on body 2, N, and what its spring remembers of it.
+    /// The tangential force on body 2, N, what its spring remembers of it, and whether it was cut and a dashpot left out.
     fn shear(
         &self,
         touch: &Touch,
@@ -331,7 +364,7 @@ impl Reference {
         (pair, strength): (&Pair, &Strength),
         normal_force: Vector,
         remembered: Option<&Memory>,
-    ) -> (Vector, Vector) {
+    ) -> (Vector, Vector, bool) {
         let dt = self.constants.dt;
         let before_turn = self.rules().slip_added == SlipAdded::BeforeTurn;
         let mut shear = match remembered {
@@ -339,9 +372,7 @@ impl Reference {
             Some(memory) => self.turned(memory.normal, memory.shear, touch, on),
             None => NONE,
         };
-        let relative = self.slip_velocity(touch, on);
-        let along = dot(touch.normal, relative);
-        let slip = minus(relative, times(along, touch.normal));
+        let (slip, along) = self.slip(touch, on);
         // The way since they met, over the way in this step.
         let mut share = 1.0;
         let way = -along * dt;
@@ -361,43 +392,28 @@ impl Reference {
         if let (true, Some(memory)) = (before_turn, remembered) {
             shear = self.turned(memory.normal, shear, touch, on);
         }
-        let tangent = pair.tangent;
         if self.has(Form::NoCoulombLimit) {
-            return (shear, shear);
+            return (shear, shear, false);
         }
         if self.has(Form::CoulombByComponent) {
-            let limit = hypot(normal_force) * tangent;
+            let limit = hypot(normal_force) * pair.tangent;
             let limited = shear.map(|part| part.max(-limit).min(limit));
-            return (limited, limited);
+            return (limited, limited, false);
         }
-        // Of linear springs the square comes first, as in YADE. Adhesion presses as much as it pulls.
-        let (limit, limit_squared) = match (self.rules().limit_from, is_linear) {
-            (LimitFrom::WholeForce, true) => {
-                let squared = dot(normal_force, normal_force) * (tangent * tangent);
-                (squared.sqrt(), squared)
-            }
-            (from, _) => {
-                let pressing = match from {
-                    LimitFrom::Spring => strength.elastic,
-                    LimitFrom::WholeForce => norm(normal_force) + pair.pull,
-                };
-                let limit = pressing * tangent;
-                (limit, limit * limit)
-            }
-        };
+        let (limit, limit_squared) = self.limit(pair, strength, normal_force);
         let dashpot = self.rules().tangential_dashpot;
-        let braking = match dashpot {
-            TangentialDashpot::None => NONE,
-            _ if is_linear => times(-strength.c_n, slip),
-            // Divided by dt again, as in YADE.
-            _ => times(-strength.c_s, times(dt, slip).map(|way| way / dt)),
-        };
+        let braking = self.braking(strength, slip);
         let within = match dashpot {
             TangentialDashpot::Within => plus(shear, braking),
             _ => shear,
         };
         let squared = dot(within, within);
         let slides = squared > limit_squared;
+        // Where forces are looked at nothing is cut, and a contact goes on sliding.
+        let slid = match (self.looks, remembered) {
+            (Some(_), Some(memory)) => memory.slides,
+            _ => slides,
+        };
         let cut = match slides {
             true => times(limit / squared.sqrt(), within),
             false => within,
@@ -411,14 +427,48 @@ impl Reference {
         };
         let is_added = match dashpot {
             TangentialDashpot::Beyond => true,
-            TangentialDashpot::WhileSticking => !slides,
+            TangentialDashpot::WhileSticking => !slid,
             _ => false,
         };
         let force = match is_added {
             true => plus(cut, braking),
             false => cut,
         };
-        (force, kept)
+        // Only such a law needs it in order to go on.
+        (
+            force,
+            kept,
+            slid && dashpot == TangentialDashpot::WhileSticking,
+        )
+    }
+
+    /// Coulomb's, N, and its square. Of linear springs the square comes first, as in YADE. Adhesion presses as much as it pulls.
+    fn limit(&self, pair: &Pair, strength: &Strength, normal_force: Vector) -> (f64, f64) {
+        match (self.rules().limit_from, self.is_linear()) {
+            (LimitFrom::WholeForce, true) => {
+                let squared = dot(normal_force, normal_force) * (pair.tangent * pair.tangent);
+                (squared.sqrt(), squared)
+            }
+            (from, _) => {
+                let pressing = match from {
+                    LimitFrom::Spring => strength.elastic,
+                    LimitFrom::WholeForce => norm(normal_force) + pair.pull,
+                };
+                let limit = pressing * pair.tangent;
+                (limit, limit * limit)
+            }
+        }
+    }
+
+    /// What a dashpot along the tangent does, on body 2, N.
+    fn braking(&self, strength: &Strength, slip: Vector) -> Vector {
+        let dt = self.looks.unwrap_or(self.constants.dt);
+        match self.rules().tangential_dashpot {
+            TangentialDashpot::None => NONE,
+            _ if self.is_linear() => times(-strength.c_n, slip),
+            // Divided by dt again, as in YADE.
+            _ => times(-strength.c_s, times(dt, slip).map(|way| way / dt)),
+        }
     }
 
     fn is_linear(&self) -> bool {
@@ -452,6 +502,13 @@ impl Reference {
         let spins = plus(on[0].spin, on[1].spin);
         let half = 0.5 * self.constants.dt * dot(before, spins);
         minus(turned, cross(turned, times(half, before)))
+    }
+
+    /// The slip, and how fast they part along the normal, m/s.
+    fn slip(&self, touch: &Touch, on: [Motion; 2]) -> (Vector, f64) {
+        let relative = self.slip_velocity(touch, on);
+        let along = dot(touch.normal, relative);
+        (minus(relative, times(along, touch.normal)), along)
     }
 
     /// That of body 2 against body 1, of which the tangential part is the slip, m/s.

@@ -51,6 +51,8 @@ struct Kept {
     shear: Vec<Vector>,
     /// Bending and twisting; empty for laws without them.
     moments: Vec<[Vector; 2]>,
+    /// Whether they were cut by Coulomb's limit; empty for laws without a dashpot along the tangent.
+    slides: Vec<bool>,
     pair: Vec<Pair>,
     /// On body 2 at the last evaluation, N.
     force: Vec<Vector>,
@@ -81,7 +83,8 @@ impl Space {
         let memories: Vec<Memory> = reference.memories.drain(..of_punch(&ids)).collect();
         let mut memories = memories.into_iter().peekable();
         let (mut near, mut kept) = (Vec::new(), Kept::default());
-        let has_moments = reference.constants.law.contact.rolling.is_some();
+        let law = &reference.constants.law;
+        let has = (law.contact.rolling.is_some(), brakes(law));
         for Touching { ids, force, .. } in touching {
             while memories.next_if(|memory| memory.ids < ids).is_some() {}
             near.push(Near {
@@ -91,7 +94,7 @@ impl Space {
             });
             let memory = memories.next_if(|memory| memory.ids == ids);
             let memory = memory.unwrap_or_else(|| Memory::new(ids, reference.pair(ids)));
-            kept.push(memory, force, has_moments);
+            kept.push(memory, force, has);
         }
         Some(Space {
             powers: Powers::new(),
@@ -173,7 +176,10 @@ impl Space {
         }
         let before = std::mem::take(&mut self.kept);
         let mut old = self.near.iter().enumerate().peekable();
-        let has_moments = constants.law.contact.rolling.is_some();
+        let has = (
+            constants.law.contact.rolling.is_some(),
+            brakes(&constants.law),
+        );
         for now in &mut near {
             while old.next_if(|(_, old)| old.ids < now.ids).is_some() {}
             let (memory, force) = match old.next_if(|(_, old)| old.ids == now.ids) {
@@ -183,7 +189,7 @@ impl Space {
                 }
                 None => (Memory::new(now.ids, reference.pair(now.ids)), [0.0; 3]),
             };
-            self.kept.push(memory, force, has_moments);
+            self.kept.push(memory, force, has);
         }
         self.near = near;
     }
@@ -212,9 +218,14 @@ impl Space {
     }
 }
 
+/// Whether a law has a dashpot along the tangent.
+fn brakes(law: &Law) -> bool {
+    law.has_dashpots() && law.contact.springs != Springs::Linear
+}
+
 impl Memory {
     /// Of a pair that does not touch.
-    fn new(ids: Ids, pair: Pair) -> Self {
+    pub(super) fn new(ids: Ids, pair: Pair) -> Self {
         let none = [0.0; 3];
         Memory {
             ids,
@@ -222,17 +233,19 @@ impl Memory {
             shear: none,
             bending: none,
             twisting: none,
+            slides: false,
             pair,
         }
     }
 }
 
 impl Kept {
-    fn push(&mut self, memory: Memory, force: Vector, has_moments: bool) {
+    fn push(&mut self, memory: Memory, force: Vector, (has_moments, brakes): (bool, bool)) {
         self.normal.push(memory.normal);
         self.shear.push(memory.shear);
         let moments = has_moments.then_some([memory.bending, memory.twisting]);
         self.moments.extend(moments);
+        self.slides.extend(brakes.then_some(memory.slides));
         self.pair.push(memory.pair);
         self.force.push(force);
     }
@@ -245,6 +258,7 @@ impl Kept {
             shear: self.shear[at],
             bending,
             twisting,
+            slides: self.slides.get(at).is_some_and(|slides| *slides),
             pair: self.pair[at],
         }
     }
@@ -261,6 +275,9 @@ impl Kept {
         self.force[at] = of(&block.force);
         if let Some(moments) = self.moments.get_mut(at) {
             *moments = [of(&block.moments[0]), of(&block.moments[1])];
+        }
+        if let Some(slides) = self.slides.get_mut(at) {
+            *slides = touches && block.slides.0[lane] > 0.0;
         }
         touches
     }
@@ -311,6 +328,8 @@ struct Block {
     /// What springs remember, before the step and after it.
     shear: Vectors,
     moments: [Vectors; 2],
+    /// 1 where it is cut, where the law has a dashpot along the tangent.
+    slides: Lanes,
     /// As [`Action`](super::law::Action) says of one contact.
     force: Vectors,
     torques: [Vectors; 2],
@@ -591,6 +610,7 @@ impl Laws<'_> {
             true => {
                 let c_s = by_ratio(along_ratio, k_s);
                 let braking = times(-c_s, each(times(dt, slip), |way| way / dt));
+                [block.slides] = slides.choose([all(1.0)], [all(0.0)]);
                 slides.choose(shear, plus(shear, braking))
             }
             false => shear,
