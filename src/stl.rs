@@ -8,7 +8,7 @@ use grains::scene::Mesh;
 use crate::files::regular;
 
 /// The most triangles of a file.
-const MOST: usize = 10_000;
+const MOST: usize = 5_000;
 /// Room for them as text.
 const LARGEST: u64 = 1 << 22;
 /// Of a binary file: what comes before the number of triangles, and what a triangle takes, bytes.

@@ -529,7 +529,7 @@ pub fn packed(folder: &Path, name: &str) -> String {
 }
 
 /// A scene file larger than this is not one of ours.
-const LARGEST_SCENE: u64 = 1 << 23;
+const LARGEST_SCENE: u64 = 1 << 22;
 
 /// The scene of a run, which has its triangles in itself.
 fn read_own_scene<'a>(place: impl Into<Place<'a>>) -> Result<Scene, FileError> {

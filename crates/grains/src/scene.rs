@@ -72,7 +72,7 @@ pub struct Scene {
     pub loading: Loading,
     /// How the bed is measured.
     pub measurement: Measurement,
-    /// Bodies at rest that spheres in space run against besides box and punch, at most 10,000. The cloud starts above them.
+    /// Bodies at rest that spheres in space run against besides box and punch, at most 5,000. The cloud starts above them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
     /// STL files whose triangles follow the obstacles; a run's record has the triangles instead.

@@ -426,8 +426,8 @@ fn loading(scene: &Scene, found: &mut Findings<'_>) {
     }
 }
 
-/// More make no file that is read in a moment.
-const MOST_OBSTACLES: usize = 10_000;
+/// More make a scene that is no file to be read at once.
+const MOST_OBSTACLES: usize = 5_000;
 
 fn obstacles(scene: &Scene, found: &mut Findings<'_>) {
     let all = &scene.obstacles;
