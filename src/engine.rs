@@ -24,6 +24,7 @@ use crate::exit;
 use crate::files::{FileError, Place, read_text, work_folder};
 use grains::model::Model;
 use grains::native::{self as own, NativeError, Trouble};
+use grains::obstacle::Surface;
 use grains::rules::Rules;
 use grains::scene::{Scene, Springs};
 use grains::tables::{Bodies, Stage};
@@ -473,6 +474,12 @@ pub enum Part {
     Adhesion,
     /// grains of several materials
     Materials,
+    /// planes of any direction
+    Planes,
+    /// triangles
+    Facets,
+    /// boxes that spheres run against
+    Boxes,
 }
 
 impl Part {
@@ -504,6 +511,7 @@ pub fn value_name(variant: &impl ValueEnum) -> String {
 /// What this model asks for.
 fn of_model(model: &Model) -> Vec<Part> {
     let contact = &model.law.contact;
+    let has = |kind: fn(&Surface) -> bool| model.obstacles.iter().any(|of| kind(&of.shape));
     let asked = [
         (Part::NormalSpring, true),
         (Part::TangentialSpring, model.law.has_friction()),
@@ -517,6 +525,15 @@ fn of_model(model: &Model) -> Vec<Part> {
         (Part::Moments, contact.rolling.is_some()),
         (Part::Adhesion, contact.adhesion.is_some()),
         (Part::Materials, !model.law.materials.is_empty()),
+        (
+            Part::Planes,
+            has(|form| matches!(form, Surface::Plane { .. })),
+        ),
+        (
+            Part::Facets,
+            has(|form| matches!(form, Surface::Triangle { .. })),
+        ),
+        (Part::Boxes, has(|form| matches!(form, Surface::Box { .. }))),
     ];
     let asked = asked.into_iter().filter(|(_, asked)| *asked);
     asked.map(|(part, _)| part).collect()

@@ -17,6 +17,8 @@ pub mod document;
 
 pub mod tables;
 
+pub mod stl;
+
 pub mod engine;
 
 pub mod progress;

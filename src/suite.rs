@@ -357,6 +357,7 @@ pub fn world(law: Law, dt: f64, gravity: [f64; 2], alpha: f64, [x, z]: [&[f64]; 
         alpha,
         dt,
         walls: across.chain(up).collect(),
+        obstacles: Vec::new(),
         law,
         rules: Rules::default(),
     }

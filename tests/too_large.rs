@@ -41,8 +41,8 @@ fn a_scene_file_that_is_none_is_not_read_whole() {
     let folder = &new_folder();
     let path = folder.join("scene.json");
     hole(&path);
-    let error = refusal(8, || read_scene(&path));
-    has(&error, ["larger than 1048576 bytes"]);
+    let error = refusal(16, || read_scene(&path));
+    has(&error, ["larger than 4194304 bytes"]);
 }
 
 #[test]

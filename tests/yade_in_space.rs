@@ -5,6 +5,8 @@ use crossgrain::compare::compare;
 use crossgrain::engine::yade;
 use grains::generate::symmetric;
 use grains::model::{Axis, Law, Model, Solid, Wall};
+use grains::native;
+use grains::obstacle::{Obstacle, Surface};
 use grains::rules::Rules;
 use grains::scene::{ContactLaw, Rolling, SlipVelocity, Springs, Tension, TorqueArms, Viscosity};
 use grains::task::Case;
@@ -82,6 +84,7 @@ fn poured(name: &str, law: Law, count: usize, moments: &[u64]) -> Case {
             wall(Axis::Y, 0.0),
             wall(Axis::Y, WIDTH),
         ],
+        obstacles: Vec::new(),
         law,
         rules: Rules::default(),
     };
@@ -217,6 +220,130 @@ fn each_term_in_space_has_the_bits_of_yade() {
     assert!(contacts > 9 * 243, "{contacts}");
 }
 
+/// The same poured from this much higher onto these bodies.
+fn onto(obstacles: &[Obstacle], height: f64, case: Case) -> Case {
+    let mut case = case;
+    case.bodies.z.iter_mut().for_each(|z| *z += height);
+    case.model.obstacles = obstacles.to_vec();
+    case
+}
+
+/// A floor of triangles smaller than the spheres, up and down at random by this much; each moves and turns by itself where it does.
+fn bumpy(cells: usize, height: f64, velocity: f64, spin: f64) -> Vec<Obstacle> {
+    let mut random = ChaCha8Rng::from_seed(*b"crossgrain: a floor of triangles");
+    let mut next = || symmetric(&mut random);
+    let heights: Vec<f64> = (0..(cells + 1) * (cells + 1))
+        .map(|_| 0.01 + height * next())
+        .collect();
+    let vertex = |column: usize, row: usize| {
+        let [x, y] = [column, row].map(|at| at as f64 * (WIDTH / cells as f64));
+        [x, y, heights[row * (cells + 1) + column]]
+    };
+    let mut all = Vec::new();
+    for at in 0..cells * cells {
+        let (column, row) = (at % cells, at / cells);
+        let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)]
+            .map(|(right, back)| vertex(column + right, row + back));
+        for vertices in [[a, b, c], [d, b, c]] {
+            all.push(Obstacle {
+                shape: Surface::Triangle { vertices },
+                velocity: [next(), next(), next()].map(|part| velocity * part),
+                spin: [next(), next(), next()].map(|part| spin * part),
+            });
+        }
+    }
+    all
+}
+
+/// Boxes of this motion and turned by these quaternions.
+fn boxes(still: bool) -> Vec<Obstacle> {
+    let turned = [0.9, 0.3, -0.2, 0.1];
+    let length = turned.iter().map(|part: &f64| part * part).sum::<f64>();
+    let turned = turned.map(|part| part / length.sqrt());
+    let motion = |velocity, spin| match still {
+        true => ([0.0; 3], [0.0; 3]),
+        false => (velocity, spin),
+    };
+    [
+        (
+            [0.03, 0.03, 0.01],
+            [0.02, 0.015, 0.01],
+            [1.0, 0.0, 0.0, 0.0],
+            motion([0.0; 3], [0.0; 3]),
+        ),
+        (
+            [0.07, 0.06, 0.02],
+            [0.025, 0.01, 0.012],
+            turned,
+            motion([0.05, -0.02, 0.1], [1.0, 3.0, 5.0]),
+        ),
+    ]
+    .map(
+        |(centre, half_extents, orientation, (velocity, spin))| Obstacle {
+            shape: Surface::Box {
+                centre,
+                half_extents,
+                orientation,
+            },
+            velocity,
+            spin,
+        },
+    )
+    .to_vec()
+}
+
+/// Triangles and boxes, at rest and in motion, under both laws.
+#[test]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
+fn obstacles_have_the_bits_of_yade() {
+    let moments = [0, 1, 10, 100, 1000, 3000, 6000];
+    let rolling = Rolling {
+        bending_stiffness: 0.5,
+        twisting_stiffness: 0.3,
+        limit: Some(0.1),
+    };
+    let laws = [
+        ("linear", linear()),
+        ("hertz", hertzian(|law| law.viscosity = restitution(0.6))),
+        (
+            "moments",
+            hertzian(|law| {
+                law.viscosity = restitution(0.6);
+                law.rolling = Some(rolling);
+            }),
+        ),
+    ];
+    let floors = [
+        ("facets", bumpy(24, 0.003, 0.0, 0.0)),
+        ("moving facets", bumpy(12, 0.003, 0.02, 3.0)),
+        ("boxes", boxes(true)),
+        ("moving boxes", boxes(false)),
+    ];
+    let mut cases = Vec::new();
+    for (name, law) in &laws {
+        // Moments ask for no more of bodies than that they have a radius.
+        let floors = floors.iter().take(if *name == "moments" { 1 } else { 4 });
+        for (floor, obstacles) in floors {
+            let case = poured(&format!("{floor}, {name}"), law.clone(), 243, &moments);
+            cases.push(onto(obstacles, 0.03, case));
+        }
+    }
+    let (numbers, contacts) = same_bits(&cases);
+    assert_eq!(numbers, 9 * 7 * 243 * 9);
+    assert!(contacts > 1500, "{contacts}");
+    let mut at_obstacles = 0;
+    for case in &cases {
+        // The step with lists has those of the one that is written out.
+        let quick = native::run_case(case, None).expect("a case");
+        let plain = variant::run(case, &Variant::default());
+        assert_eq!(quick, plain, "{}", case.name);
+        let last = &plain.last().expect("moments").contacts;
+        let first = case.bodies.len() + case.model.walls.len();
+        at_obstacles += last.iter().filter(|of| of.id1 as usize >= first).count();
+    }
+    assert!(at_obstacles > 300, "{at_obstacles}");
+}
+
 /// The scene of the examples, poured by both engines and compared as any two runs are.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
@@ -240,6 +367,25 @@ fn a_scene_in_space_has_the_bits_of_yade_under_the_punch_too() {
     let punch = scene.particles.count + 5;
     let mut contacts = native.last.contacts.iter();
     assert!(contacts.any(|contact| contact.id1 == punch));
+}
+
+/// The same onto triangles and boxes.
+#[test]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
+fn a_scene_with_obstacles_has_the_bits_of_yade() {
+    let mut scene = json_scene("examples/poured-spheres.json");
+    scene.particles.count = 200;
+    scene.measurement.history_every = 500;
+    scene.settle.max_steps = 6_000;
+    scene.obstacles = bumpy(8, 0.003, 0.0, 0.0);
+    scene.obstacles.extend(boxes(true));
+    let native = native_run(&scene, sound(), Protocol::Whole);
+    let yade = run_of(&scene, &yade::Options::default(), Protocol::Whole);
+    let comparison = compare(&native, &yade, None);
+    assert!(comparison.same_bits, "{}", comparison.answer());
+    let first = scene.particles.count + 5;
+    let mut contacts = native.last.contacts.iter();
+    assert!(contacts.any(|contact| contact.id1 >= first));
 }
 
 fn json_scene(path: &str) -> Scene {

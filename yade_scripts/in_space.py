@@ -1,6 +1,6 @@
 """Do a job of the engine protocol in YADE whose grains are in space: as the script of its kind, with other bodies, laws and tables.
 
-Fixed text. Bodies are made in this order: grains, walls, and the punch. Hertz's springs are
+Fixed text. Bodies are made in this order: grains, walls, triangles and boxes, and the punch. Hertz's springs are
 `Law2_ScGeom_MindlinPhys_Mindlin`, whose `poisson` is Poisson's ratio; for linear ones it is k_s/k_n.
 """
 import importlib
@@ -44,7 +44,13 @@ class ModelInSpace(ModelInYade):
             position = Vector3(0, 0, 0)
             position[axis] = wall["place"]
             O.bodies.append(utils.wall(position, axis=axis, sense=0, material=self.materials[1], color=GREY))
-        self.first_ids = [0, self.grains, self.grains + len(model["walls"])]
+        obstacles = model.get("obstacles", [])
+        for obstacle in obstacles:
+            self._add_obstacle(obstacle)
+        if any(any(obstacle.get("spin", [])) for obstacle in obstacles):
+            # A body that only turns does not make YADE look for neighbours anew, so it looks in every step.
+            verlet_distance = 0.0
+        self.first_ids = [0, self.grains, self.grains + len(model["walls"]) + len(obstacles)]
         self.punch = None
         gravity = model["gravity"]
         self.newton = NewtonIntegrator(
@@ -54,7 +60,7 @@ class ModelInSpace(ModelInYade):
             self.newton,
             ForceResetter(),
             InsertionSortCollider(
-                [Bo1_Sphere_Aabb(), Bo1_Wall_Aabb(), Bo1_Box_Aabb()], verletDist=verlet_distance
+                [Bo1_Sphere_Aabb(), Bo1_Wall_Aabb(), Bo1_Box_Aabb(), Bo1_Facet_Aabb()], verletDist=verlet_distance
             ),
             self._interaction_loop(sorted),
         ]
@@ -70,7 +76,11 @@ class ModelInSpace(ModelInYade):
 
     def _interaction_loop(self, sorted):
         if not self.hertz:
-            return super()._interaction_loop(sorted)
+            loop = super()._interaction_loop(sorted)
+            functors = loop.geomDispatcher.functors, loop.physDispatcher.functors, loop.lawDispatcher.functors
+            return InteractionLoop(
+                functors[0] + [Ig2_Facet_Sphere_ScGeom()], *functors[1:], loopOnSortedInteractions=sorted
+            )
         contact = self.law["contact"]
         viscosity, along = contact["viscosity"], contact.get("tangential_viscosity")
         names = {"restitution": ("en", "es", "e_n"), "ratio": ("betan", "betas", "ratio")}.get(viscosity["kind"])
@@ -92,7 +102,7 @@ class ModelInSpace(ModelInYade):
         self.grain_geometry = Ig2_Sphere_Sphere_ScGeom()
         self.wall_geometry = Ig2_Wall_Sphere_ScGeom()
         self._choose()
-        geometries = [self.grain_geometry, self.wall_geometry, Ig2_Box_Sphere_ScGeom()]
+        geometries = [self.grain_geometry, self.wall_geometry, Ig2_Box_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom()]
         return InteractionLoop(
             geometries, [self.physics], [self.contact_law], loopOnSortedInteractions=sorted
         )
@@ -129,6 +139,19 @@ class ModelInSpace(ModelInYade):
             state.angVel = (grain["spin_x"], grain["spin"], grain["spin_z"])
         O.bodies.append(body)
         return state
+
+    def _add_obstacle(self, obstacle):
+        shape = obstacle["shape"]
+        common = {"fixed": True, "material": self.materials[1], "color": GREY}
+        if shape["kind"] == "triangle":
+            body = utils.facet([Vector3(*vertex) for vertex in shape["vertices"]], **common)
+        else:
+            w, x, y, z = shape.get("orientation", (1.0, 0.0, 0.0, 0.0))
+            body = utils.box(shape["centre"], shape["half_extents"], Quaternion(w, x, y, z), **common)
+        body.state.blockedDOFs = "xyzXYZ"
+        body.state.vel = obstacle.get("velocity", (0.0, 0.0, 0.0))
+        body.state.angVel = obstacle.get("spin", (0.0, 0.0, 0.0))
+        O.bodies.append(body)
 
     def kinetic_energy(self):
         energy = 0.0

@@ -12,7 +12,7 @@ use grains::tables::Snapshot;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::causes::Cause;
-use verdict::envelope::{FACTOR, REPLICAS};
+use verdict::envelope::{FACTOR, Farthest, REPLICAS};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
@@ -451,6 +451,8 @@ fn said_of_states(judgement: &Judgement) -> String {
             let tables = judgement
                 .starts
                 .iter()
+                // Where the motion is wrong too, its forces are, and not what is written of them.
+                .filter(|state| state.farthest.as_ref().is_some_and(Farthest::moves_right))
                 .find_map(|state| Some((&state.start, state.tables.as_ref()?)));
             said.extend(tables.map(|(start, fault)| {
                 format!("Its contact tables are wrong: in {start}, {fault}.")

@@ -343,7 +343,7 @@ impl<'a> Moments<'a> {
             bodies,
             ids: BodyIds {
                 grains: bodies.len() as u32,
-                walls: model.walls.len() as u32,
+                walls: model.walls_and_obstacles(),
             },
             half_extents,
             started: None,

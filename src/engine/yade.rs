@@ -22,6 +22,7 @@ use crate::files::{
     Place, link, new_folder, regular, sha256_hex, whole_path, work_folder, write_whole,
 };
 use grains::model::Model;
+use grains::obstacle::{Obstacle, Surface};
 use grains::rules::Rules;
 use grains::scene::{
     ContactLaw, NewContactSlip, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
@@ -87,11 +88,12 @@ impl Engine for Options {
     fn describe(&self) -> Result<Description, EngineError> {
         let work = work_folder().map_err(ProgramError::File)?;
         let (_, version) = run_cases(&[], self, work.path(), &mut ())?;
+        let parts = Part::value_variants().iter().copied();
         Ok(Description {
             protocol: exec::PROTOCOL,
             name: "YADE".to_owned(),
             version: format!("{version}, {} loop", self.order()),
-            parts: Part::value_variants().to_vec(),
+            parts: parts.filter(|part| *part != Part::Planes).collect(),
             approximations: Vec::new(),
             forms: Vec::new(),
             rules: Rules::default(),
@@ -282,7 +284,12 @@ pub fn unsupported(model: &Model) -> Option<String> {
         Viscosity::Dashpot { .. } => None,
     };
     let timed = model.law.has_friction() && contact.new_contact_slip == NewContactSlip::SinceTouch;
+    let is_plane = |of: &Obstacle| matches!(of.shape, Surface::Plane { .. });
+    let planes = model.obstacles.iter().any(is_plane);
     reason
+        .or(planes.then_some(
+            "planes of any direction (its walls are normal to an axis); give triangles or a box",
+        ))
         .or(timed.then_some("slip since touch (contact.new_contact_slip = since_touch)"))
         .map(str::to_owned)
         .or_else(|| lacking_rules(model.rules, Rules::default()))

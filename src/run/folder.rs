@@ -21,10 +21,11 @@ use crate::files::{
     FileError, Place, file_digest, listed, read_text, sha256_hex, unpacked_digest, write_folder,
     write_whole, written_digest,
 };
+use crate::stl;
 use crate::tables::{self as text, Rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
-use grains::model::rotates;
-use grains::scene::{Scene, SceneError, parse_scene};
+use grains::model::{Model, rotates};
+use grains::scene::{Mesh, Scene, SceneError, parse_scene, parse_scene_with};
 use grains::tables::{Across, Bodies, BodyIds, Contact, Memories, Snapshot, Stage, StopReason};
 use grains::task::{StageReport, moments};
 
@@ -236,7 +237,7 @@ impl RunFolder {
             )));
         }
         let record: RunRecord = serde_json::from_str(&record_text).map_err(broken)?;
-        let scene = read_scene((path, "scene.json"))?;
+        let scene = read_own_scene((path, "scene.json"))?;
         let ensure = |holds: bool, otherwise: &str| match holds {
             true => Ok(()),
             false => Err(wrong(otherwise.to_owned())),
@@ -271,7 +272,10 @@ impl RunFolder {
             let why = "has other radii, masses or moments of inertia than initial.csv";
             ensure(same, &format!("{prefix}bodies.csv {why}"))?;
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
-            let ids = BodyIds::of(&bodies);
+            let ids = BodyIds {
+                grains: bodies.len() as u32,
+                walls: Model::of(&scene).walls_and_obstacles(),
+            };
             let (contacts, across) = text::read_contacts((path, &contacts), ids)?;
             let of_grains = contacts.iter().all(|contact| contact.id2 < count);
             let why = "has a contact whose second body is no grain";
@@ -525,12 +529,21 @@ pub fn packed(folder: &Path, name: &str) -> String {
 }
 
 /// A scene file larger than this is not one of ours.
-const LARGEST_SCENE: u64 = 1 << 20;
+const LARGEST_SCENE: u64 = 1 << 22;
 
-pub fn read_scene<'a>(place: impl Into<Place<'a>>) -> Result<Scene, FileError> {
+/// The scene of a run, which has its triangles in itself.
+fn read_own_scene<'a>(place: impl Into<Place<'a>>) -> Result<Scene, FileError> {
     let place = place.into();
     let text = read_text(place, LARGEST_SCENE)?;
     parse_scene(&text).map_err(|error| bad_scene(&place.path(), &error))
+}
+
+/// A scene with the triangles of the files that it names.
+pub fn read_scene(path: &Path) -> Result<Scene, FileError> {
+    let text = read_text(path, LARGEST_SCENE)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let triangles = |mesh: &Mesh| stl::triangles(folder, mesh);
+    parse_scene_with(&text, &triangles).map_err(|error| bad_scene(path, &error))
 }
 
 /// One in the plane, for what does not judge spheres in space.

@@ -134,7 +134,7 @@ fn differing_loads(cross: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) 
 fn contacts_at(place: Place, cross: &CrossCase, one: &Track, other: &Track) -> Count {
     let ids = BodyIds {
         grains: cross.case.bodies.len() as u32,
-        walls: cross.case.model.walls.len() as u32,
+        walls: cross.case.model.walls_and_obstacles(),
     };
     let pick = |moment: &Snapshot| -> Vec<Contact> {
         let there = |contact: &&Contact| Place::of(contact, moment, ids) == Some(place);

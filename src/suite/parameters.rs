@@ -214,7 +214,7 @@ fn list(case: &Case, effective: &Effective) -> Vec<Parameter> {
             add(&id_of, &bodies, "I", "kg·m²", *inertia);
         }
     }
-    let walls = case.bodies.len()..case.bodies.len() + case.model.walls.len();
+    let walls = case.bodies.len()..case.bodies.len() + case.model.walls_and_obstacles() as usize;
     let mut contacts = effective.contacts.clone();
     contacts.sort_by_key(|contact| (contact.id1, contact.id2));
     for contact in contacts {

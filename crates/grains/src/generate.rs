@@ -33,6 +33,11 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
     let largest = mean_radius * (1.0 + scene.particles.dispersion);
     let play = jitter * (0.5 * pitch - largest);
 
+    // Bodies are felt from both sides, so nothing may start beneath one.
+    let floor = [scene.container.width, scene.container.depth.unwrap_or(0.0)];
+    let tops = scene.obstacles.iter().map(|obstacle| obstacle.top(floor));
+    let bottom = tops.fold(0.0, f64::max);
+
     let mut bodies = Bodies::default();
     // In space row by row from front to back in each layer.
     let rows = |depth: f64| ((depth / pitch) as usize).max(1);
@@ -45,7 +50,7 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
         let mut random = || symmetric(&mut random);
         let radius = mean_radius * (1.0 + scene.particles.dispersion * random());
         let x = from + (column + 0.5) * pitch + play * random();
-        let z = (row + 0.5) * pitch + play * random();
+        let z = (row + 0.5) * pitch + play * random() + bottom;
         let velocity = [speed * random(), speed * random()];
         bodies.push([x, z], velocity, radius, scene.grain_mass(radius));
         if scene.in_space() {

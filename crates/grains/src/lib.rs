@@ -49,6 +49,7 @@ pub mod generate;
 pub mod measure;
 pub mod model;
 pub mod native;
+pub mod obstacle;
 pub mod reference;
 pub mod rules;
 pub mod scene;

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use crate::obstacle::Obstacle;
 use crate::rules::{
     Arms, NewContact, RestitutionFormula, Rules, Slip, TangentialDashpot, TensionRule,
 };
@@ -29,6 +30,9 @@ pub struct Model {
     pub dt: f64,
     /// Infinite walls; their ids follow the grains' in this order.
     pub walls: Vec<Wall>,
+    /// Bodies of any direction in space; their ids follow the walls' in this order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
     /// What happens at a contact.
     pub law: Law,
     /// The conventions of the step and the law.
@@ -130,6 +134,11 @@ pub struct Wall {
 }
 
 impl Model {
+    /// How many ids are between the grains' and the punch's.
+    pub fn walls_and_obstacles(&self) -> u32 {
+        (self.walls.len() + self.obstacles.len()) as u32
+    }
+
     /// What this scene asks for in this stage.
     pub fn in_stage(scene: &Scene, stage: Stage) -> Self {
         Model::of(&scene.in_stage(stage))
@@ -151,6 +160,7 @@ impl Model {
             alpha: scene.damping.alpha(),
             dt: scene.time_step_seconds(),
             walls,
+            obstacles: scene.obstacles.clone(),
             law: Law {
                 modulus: scene.material.youngs_modulus,
                 stiffness_ratio: scene.material.stiffness_ratio,

@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::constant::Given;
 use crate::model::Model;
 use crate::native::state::Constants;
+use crate::obstacle::Placed;
 use crate::rules::{
     DampedGravity, DampedSpins, DampingComponents, DampingVelocity, GivenVelocities, Integration,
     Rules, WrittenVelocities,
@@ -22,7 +23,7 @@ use crate::tables::{
 use crate::variant::{Form, Variant};
 use crate::vector::{Vector, dot, each, hypot, in_plane, in_space, minus, norm, plus, times};
 use law::Pair;
-use touch::{Near, Touch};
+use touch::{Near, NearObstacles, Touch};
 
 /// Grains, what their contacts remember and what pushes them. After each step the forces belong to the positions.
 #[derive(Clone)]
@@ -56,6 +57,8 @@ pub struct Reference {
     /// Pairs that touched at the start, where others are not found.
     listed: Option<BTreeSet<Ids>>,
     near: Near,
+    obstacles: Vec<Placed>,
+    near_obstacles: NearObstacles,
     /// Room for what contacts remembered before.
     spare: Vec<Memory>,
 }
@@ -74,7 +77,7 @@ struct Sizes {
 }
 
 /// How a body moves.
-#[derive(Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Motion {
     pub place: Vector,
     pub velocity: Vector,
@@ -183,6 +186,8 @@ impl Reference {
             touched: BTreeMap::new(),
             listed: None,
             near: Near::default(),
+            obstacles: constants.obstacles.iter().map(Placed::new).collect(),
+            near_obstacles: NearObstacles::default(),
             spare: Vec::new(),
             constants,
         };
@@ -365,6 +370,9 @@ impl Reference {
             self.felt = Some(*punch);
             punch.centre[1] += punch.velocity * self.constants.dt;
         }
+        for obstacle in &mut self.obstacles {
+            obstacle.advance(self.constants.dt);
+        }
         if !self.has(Form::PunchLate) {
             self.felt = self.punch;
         }
@@ -500,6 +508,7 @@ impl Reference {
         let mut touching = std::mem::take(&mut self.touching);
         touching.clear();
         self.find_touching(&mut touching);
+        self.find_at_obstacles(&mut touching);
         self.find_at_punch(&mut touching);
         self.add_forces(touching);
     }

@@ -5,7 +5,7 @@ mod fill;
 pub mod paper_scene;
 pub mod problem;
 
-pub use check::{SceneError, parse_scene};
+pub use check::{SceneError, parse_scene, parse_scene_with};
 pub use paper_scene::{open_choices, paper_scene};
 pub use problem::Problem;
 
@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::obstacle::Obstacle;
 use crate::rules::Rules;
 use crate::tables::Stage;
 
@@ -71,11 +72,35 @@ pub struct Scene {
     pub loading: Loading,
     /// How the bed is measured.
     pub measurement: Measurement,
+    /// Bodies at rest that spheres in space run against besides box and punch, at most 5,000. The cloud starts above them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
+    /// STL files whose triangles follow the obstacles; a run's record has the triangles instead.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<Mesh>,
     /// Where the grain stress is read, relative to the punch axis and the settled surface.
     pub control_points: Vec<ControlPoint>,
     /// One line of reason for each choice that the paper leaves open, by JSON pointer; none at all where it is not
     /// the paper that is reproduced.
     pub choices: BTreeMap<String, String>,
+}
+
+/// Triangles of a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mesh {
+    /// The STL file, text or binary, from the folder of the scene on.
+    pub path: String,
+    /// What its numbers are multiplied by, to m.
+    #[serde(default = "unscaled")]
+    pub scale: f64,
+    /// Where its origin is put, m: x, y, z.
+    #[serde(default)]
+    pub shift: [f64; 3],
+}
+
+fn unscaled() -> f64 {
+    1.0
 }
 
 /// Grain sizes and shape.

@@ -225,7 +225,7 @@ impl Case {
     pub fn ids(&self) -> BodyIds {
         BodyIds {
             grains: self.bodies.len() as u32,
-            walls: self.model.walls.len() as u32,
+            walls: self.model.walls_and_obstacles(),
         }
     }
 }

@@ -157,7 +157,8 @@ impl Cause {
                 fitted.larger
             )
         };
-        let mut hints: Vec<String> = self.constants.iter().map(hint).collect();
+        let possible = self.constants.iter().filter(|fitted| is_possible(fitted));
+        let mut hints: Vec<String> = possible.map(hint).collect();
         hints.extend((!forms.is_empty()).then(|| forms.to_owned()));
         match hints.is_empty() {
             true => format!(
@@ -170,6 +171,14 @@ impl Cause {
         }
     }
 }
+
+/// Whether an engine may have this constant so much larger.
+fn is_possible(fitted: &Fitted) -> bool {
+    fitted.larger.abs() <= LARGEST_HINT
+}
+
+/// Ten times as large is a unit that was mistaken, and more is a fit of another fault.
+const LARGEST_HINT: f64 = 10.0;
 
 fn of_motion(farthest: &Option<Farthest>) -> f64 {
     farthest.as_ref().map_or(0.0, |far| far.of_motion)
@@ -420,7 +429,13 @@ impl Tried<'_> {
         let (mut condition, mut numbers) = (None, None);
         let mut left_in = answered.asked.start.clone();
         if !explained {
-            if let Some(first) = self.wrong_first(&fit.variant) {
+            // A fit that no engine can have hides what is wrong.
+            let usual = Variant::default();
+            let variant = match fit.wrong().iter().all(is_possible) {
+                true => &fit.variant,
+                false => &usual,
+            };
+            if let Some(first) = self.wrong_first(variant) {
                 (condition, numbers) = (first.condition, first.numbers);
                 if condition.is_some() || numbers.is_some() {
                     left_in = first.state;

@@ -2,6 +2,7 @@
 
 use super::contact::{self, ContactRules, Motion, Parameters, Touch};
 use crate::model::{Kernel, Law, Model, Wall};
+use crate::obstacle::Obstacle;
 use crate::rules::Rules;
 use crate::scene::Viscosity;
 use crate::tables::{Bodies, Body, BodyIds, Contact, Punch, tangential};
@@ -223,6 +224,8 @@ pub struct Constants {
     /// s.
     pub dt: f64,
     pub walls: Vec<Wall>,
+    /// Those of any direction, where they are at the start.
+    pub obstacles: Vec<Obstacle>,
     /// Ids of walls and punch.
     pub ids: BodyIds,
     /// Inner width of the box that grains must stay in, m; none where there is no box.
@@ -239,6 +242,11 @@ impl Constants {
         &self.walls[(id - self.ids.grains) as usize]
     }
 
+    /// The id of the first obstacle; the punch's where there is none.
+    pub fn first_obstacle(&self) -> u32 {
+        self.ids.wall(self.walls.len())
+    }
+
     /// The model's constants for so many grains.
     pub fn new(model: &Model, grains: u32) -> Self {
         Constants {
@@ -251,9 +259,10 @@ impl Constants {
             alpha: model.alpha,
             dt: model.dt,
             walls: model.walls.clone(),
+            obstacles: model.obstacles.clone(),
             ids: BodyIds {
                 grains,
-                walls: model.walls.len() as u32,
+                walls: model.walls_and_obstacles(),
             },
             box_width: None,
             reversed_sums: false,

@@ -86,7 +86,8 @@ impl Reference {
                     _ => &self.sizes.radius,
                 };
                 let solids = [law.solid(0), material(two)];
-                ([radii[two]; 2], self.wall_mass(m2), solids)
+                let radii = self.radii_at_obstacle(ids.0, radii[two]);
+                (radii, self.wall_mass(m2), solids)
             }
         };
         let [one, two] = solids;
@@ -211,17 +212,18 @@ impl Reference {
     }
 
     /// How the first of a pair and its grain move; what other forms leave out is left out.
-    fn motions(&self, ids: Ids, first: Body) -> [Motion; 2] {
+    fn motions(&self, ids: Ids, touch: &Touch) -> [Motion; 2] {
         let spins = !self.has(Form::SlipOfCentres);
         let grain = |id: u32| {
             let motion = self.motions[id as usize];
             let spin = if spins { motion.spin } else { NONE };
             Motion { spin, ..motion }
         };
-        let one = match (first, &self.felt) {
+        let obstacle = || self.obstacle_of(ids.0);
+        let one = match (touch.first, &self.felt) {
             (Body::Grain, _) => grain(ids.0),
             (Body::Punch, Some(punch)) => Motion::from(punch),
-            _ => Motion::default(),
+            _ => obstacle().map_or_else(Motion::default, |of| of.motion_at(touch.point)),
         };
         [one, grain(ids.1)]
     }
@@ -233,7 +235,7 @@ impl Reference {
         let touch = &self.touching[at].touch;
         let pair = self.pair(ids);
         let strength = self.strength(ids, touch, &pair);
-        let on = self.motions(ids, touch.first);
+        let on = self.motions(ids, touch);
         let made = self.normal_force(touch, on, &strength, pair.pull);
         let told = times(normal_force, touch.normal);
         Some(ByTable {
@@ -248,7 +250,7 @@ impl Reference {
     pub(super) fn act(&self, ids: Ids, touch: &Touch, remembered: Option<&Memory>) -> Action {
         let pair = remembered.map_or_else(|| self.pair(ids), |memory| memory.pair);
         let strength = self.strength(ids, touch, &pair);
-        let on = self.motions(ids, touch.first);
+        let on = self.motions(ids, touch);
         let normal_force = self.normal_force(touch, on, &strength, pair.pull);
         if !self.constants.law.has_friction() {
             return Action {

@@ -1,6 +1,6 @@
 //! The step of spheres in space with lists, contacts eight at a time: the operations of the step that is written out in the same
 //! order, so its bits, for the usual rules of contacts and laws with friction whose grains turn. Only what no rule changes is
-//! here; grains are moved by the reference, and contacts of the punch, which are few, are left to it.
+//! here; grains are moved by the reference, and contacts of obstacles and punch, which are few, are left to it.
 
 use multiversion::multiversion;
 
@@ -66,7 +66,7 @@ const MANY_STEPS: u64 = 200;
 const ROUNDING: f64 = 1.0 + 1.0e-12;
 
 impl Space {
-    /// Takes over what the reference's contacts remember, but those of the punch; none where this is no step for it.
+    /// Takes over what the reference's contacts remember, but those of obstacles and punch; none where this is no step for it.
     pub fn of(reference: &mut Reference) -> Option<Self> {
         let Constants { law, rules, .. } = &reference.constants;
         let is_usual = law.resolved(Rules::default()) == *rules;
@@ -75,12 +75,12 @@ impl Space {
         if !(plain && is_usual && whole_step && law.rotates()) {
             return None;
         }
-        let punch = reference.constants.ids.punch();
-        let of_punch = |at: &[Ids]| at.partition_point(|ids| ids.0 < punch);
+        let first = reference.constants.first_obstacle();
+        let ahead = |at: &[Ids]| at.partition_point(|ids| ids.0 < first);
         let ids: Vec<Ids> = reference.touching.iter().map(|of| of.ids).collect();
-        let touching: Vec<Touching> = reference.touching.drain(..of_punch(&ids)).collect();
+        let touching: Vec<Touching> = reference.touching.drain(..ahead(&ids)).collect();
         let ids: Vec<Ids> = reference.memories.iter().map(|of| of.ids).collect();
-        let memories: Vec<Memory> = reference.memories.drain(..of_punch(&ids)).collect();
+        let memories: Vec<Memory> = reference.memories.drain(..ahead(&ids)).collect();
         let mut memories = memories.into_iter().peekable();
         let (mut near, mut kept) = (Vec::new(), Kept::default());
         let law = &reference.constants.law;
@@ -136,9 +136,10 @@ impl Space {
         reference.clear_sums();
         self.find(reference);
         add(self, reference);
-        if reference.felt.is_some() {
+        if reference.felt.is_some() || !reference.obstacles.is_empty() {
             let mut touching = std::mem::take(&mut reference.touching);
             touching.clear();
+            reference.find_at_obstacles(&mut touching);
             reference.find_at_punch(&mut touching);
             reference.add_forces(touching);
         }

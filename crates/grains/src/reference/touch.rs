@@ -2,7 +2,9 @@
 
 use super::{Ids, Reference, Touching};
 use crate::model::Wall;
-use crate::rules::{Slip, SlipAtWalls};
+use crate::obstacle::{Kind, Placed};
+use crate::rules::{Slip, SlipAtWalls, WallStiffness};
+use crate::scene::Springs;
 use crate::tables::{Body, Punch};
 use crate::variant::Form;
 use crate::vector::{Vector, in_plane, minus, norm, plus, times};
@@ -47,6 +49,105 @@ impl Reference {
                 let ids = (0..grains).map(|grain| (ids.wall(index), grain));
                 ids.for_each(|ids| add(ids, self.wall(ids, wall)));
             }
+        }
+    }
+
+    /// Grains that touch obstacles.
+    pub(super) fn find_at_obstacles(&mut self, all: &mut Vec<Touching>) {
+        if self.obstacles.is_empty() {
+            return;
+        }
+        let dt = self.constants.dt;
+        let strides = self.obstacles.iter().map(|obstacle| obstacle.stride(dt));
+        let stride = strides.fold(0.0, f64::max);
+        let gap = NEAR * self.largest_radius();
+        let far = self.near_obstacles.steps as f64 * stride > 0.49 * gap;
+        match far || self.have_gone(&self.near_obstacles.near.at, gap) {
+            true => self.near_obstacles = self.list_at_obstacles(gap),
+            false => self.near_obstacles.steps += 1,
+        }
+        let touches = self.near_obstacles.near.pairs.iter().filter_map(|ids| {
+            let (touch, force) = (self.obstacle(*ids)?, [0.0; 3]);
+            Some(Touching {
+                ids: *ids,
+                touch,
+                force,
+            })
+        });
+        all.extend(touches);
+    }
+
+    /// Grains near obstacles; steps are counted from the next one.
+    fn list_at_obstacles(&self, gap: f64) -> NearObstacles {
+        let at: Vec<Vector> = self.motions.iter().map(|grain| grain.place).collect();
+        let mut order: Vec<usize> = (0..at.len()).collect();
+        order.sort_by(|a, b| at[*a][0].total_cmp(&at[*b][0]));
+        let margin = self.largest_radius() + gap;
+        let mut pairs = Vec::new();
+        for (id, obstacle) in (self.constants.first_obstacle()..).zip(&self.obstacles) {
+            let [low, high] = obstacle.bounds();
+            let from = order.partition_point(|grain| at[*grain][0] < low[0] - margin);
+            let beside = order[from..].iter();
+            let beside = beside.take_while(|grain| at[**grain][0] <= high[0] + margin);
+            let first = pairs.len();
+            pairs.extend(beside.filter_map(|grain| {
+                let (place, reach) = (at[*grain], self.sizes.radius[*grain] + gap);
+                let inside = |axis: usize| {
+                    low[axis] - reach <= place[axis] && place[axis] <= high[axis] + reach
+                };
+                let is_near = (0..3).all(inside) && obstacle.is_near(place, reach);
+                is_near.then_some((id, *grain as u32))
+            }));
+            pairs[first..].sort_unstable();
+        }
+        NearObstacles {
+            near: Near { pairs, at },
+            steps: 1,
+        }
+    }
+
+    /// The obstacle with this id, if it is one.
+    pub(super) fn obstacle_of(&self, id: u32) -> Option<&Placed> {
+        let index = id.checked_sub(self.constants.first_obstacle())?;
+        self.obstacles.get(index as usize)
+    }
+
+    fn obstacle(&self, ids: Ids) -> Option<Touch> {
+        let grain = ids.1 as usize;
+        let (place, radius) = (self.motions[grain].place, self.sizes.radius[grain]);
+        let place = self.obstacle_of(ids.0)?.touch(place, radius)?;
+        let slip = match place.kind {
+            Kind::Plane => self.rules().slip,
+            Kind::Triangle | Kind::BoxFromOutside => Slip::ContactPoint,
+            Kind::BoxFromInside => self.slip_inside(),
+        };
+        Some(Touch {
+            first: Body::Wall,
+            overlap: place.overlap,
+            normal: place.normal,
+            point: place.point,
+            radii: self.radii_at_obstacle(ids.0, radius),
+            slip: self.slip_at_walls(slip),
+        })
+    }
+
+    /// The radius that counts for an obstacle, and that of the grain: a triangle has twice it, as in YADE.
+    pub(super) fn radii_at_obstacle(&self, id: u32, radius: f64) -> [f64; 2] {
+        let is_triangle = self.obstacle_of(id).is_some_and(Placed::is_triangle);
+        let as_walls = self.rules().wall_stiffness == WallStiffness::Rigid;
+        match is_triangle && !as_walls {
+            true => [2.0 * radius, radius],
+            false => [radius; 2],
+        }
+    }
+
+    /// That of grains whose centre is in a box or in the punch: as in YADE, whatever is chosen. Its linear law with dashpots never
+    /// corrects.
+    fn slip_inside(&self) -> Slip {
+        let law = &self.constants.law;
+        match law.has_dashpots() && law.contact.springs == Springs::Linear {
+            false => Slip::Corrected,
+            true => Slip::ContactPoint,
         }
     }
 
@@ -138,11 +239,7 @@ impl Reference {
                 norm(minus(face, minus(place, times(radius, normal)))),
                 normal,
                 face,
-                // As in YADE, whatever is chosen; its law with dashpots never corrects.
-                self.slip_at_walls(match self.constants.law.has_dashpots() {
-                    false => Slip::Corrected,
-                    true => Slip::ContactPoint,
-                }),
+                self.slip_at_walls(self.slip_inside()),
             ));
         }
         if rx.abs() > ex && rz.abs() > ez && self.has(Form::CornersMissing) {
@@ -218,6 +315,14 @@ pub(super) struct Near {
     pub(super) pairs: Vec<Ids>,
     /// Where they were looked for, m.
     pub(super) at: Vec<Vector>,
+}
+
+/// Grains that are not far from obstacles, by ids, as long as neither has gone far.
+#[derive(Clone, Default)]
+pub(super) struct NearObstacles {
+    near: Near,
+    /// Since they were looked for.
+    steps: u64,
 }
 
 /// How far apart surfaces may be that are near, over the largest radius.

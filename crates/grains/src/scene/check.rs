@@ -8,6 +8,7 @@ use super::fill::{filled, filled_anyway};
 use super::paper_scene::open_choices;
 use super::problem::{Findings, Problem, line_and_column, misfits, remove, twice};
 use super::*;
+use crate::obstacle::Surface;
 
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
 const WIDEST: f64 = 1.0e6;
@@ -57,6 +58,16 @@ impl Scene {
 
 /// Validates the text of a scene.
 pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
+    let refuse =
+        |_: &Mesh| Err("no file: triangles are read where a scene's own file is".to_owned());
+    parse_scene_with(text, &refuse)
+}
+
+/// The same of the text of a file, with a reader of the files of triangles that it names.
+pub fn parse_scene_with(
+    text: &str,
+    triangles: &dyn Fn(&Mesh) -> Result<Vec<[[f64; 3]; 3]>, String>,
+) -> Result<Scene, SceneError> {
     let given: Value =
         serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
     if let Some(version) = given.get("version")
@@ -82,7 +93,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
         let found = "a key that was there already";
         problems.push(Problem::of(place, found, "each key once"));
     }
-    let scene = match serde_json::from_value(whole) {
+    let mut scene: Scene = match serde_json::from_value(whole) {
         Err(error) if problems.is_empty() => return Err(SceneError::Syntax(error.to_string())),
         Ok(scene) => scene,
         // Beside keys that are not known or have another form, values that cannot be meant are named too.
@@ -91,6 +102,20 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
             None => return Err(located(problems)),
         },
     };
+    for (index, mesh) in std::mem::take(&mut scene.meshes).iter().enumerate() {
+        match triangles(mesh) {
+            Ok(found) => {
+                let shapes = found
+                    .into_iter()
+                    .map(|vertices| Surface::Triangle { vertices });
+                scene.obstacles.extend(shapes.map(Obstacle::still));
+            }
+            Err(reason) => {
+                let place = format!("/meshes/{index}/path");
+                problems.push(Problem::of(place, format!("{:?}", mesh.path), reason));
+            }
+        }
+    }
     let problems = impossible(&scene, &given, problems);
     if problems.is_empty() {
         Ok(scene)
@@ -103,9 +128,10 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
 fn repaired(given: &Value, problems: &[Problem]) -> Option<Scene> {
     let mut given = given.clone();
     // What is in a list has no defaults.
-    let place = |problem: &'_ Problem| match problem.place.starts_with(POINTS) {
-        true => POINTS.to_owned(),
-        false => problem.place.clone(),
+    let place = |problem: &'_ Problem| {
+        let in_list = |list: &&&str| problem.place.starts_with(**list);
+        let list = [POINTS, OBSTACLES, MESHES].iter().find(in_list).copied();
+        list.unwrap_or(&problem.place).to_owned()
     };
     let places: Vec<String> = problems.iter().map(place).collect();
     let mut places: Vec<&str> = places.iter().map(String::as_str).collect();
@@ -169,6 +195,8 @@ const NUMBERS: [(&str, Range, &str); 18] = [
 ];
 
 const POINTS: &str = "/control_points";
+const OBSTACLES: &str = "/obstacles";
+const MESHES: &str = "/meshes";
 const DIAMETER: &str = "/particles/mean_diameter";
 const DISPERSION: &str = "/particles/dispersion";
 const SECONDS: &str = "/time_step/seconds";
@@ -223,6 +251,7 @@ fn impossible(scene: &Scene, given: &Value, problems: Vec<Problem>) -> Vec<Probl
         in_space(at, &stage, &mut found);
     }
     loading(scene, &mut found);
+    obstacles(scene, &mut found);
     control_points(scene, &mut found);
     derived(scene, &mut found);
     let choice = |key: &str| format!("/choices/{}", key.replace('/', "~1"));
@@ -394,6 +423,31 @@ fn loading(scene: &Scene, found: &mut Findings<'_>) {
         let wanted = format!("at most {MOST_LOADING_STEPS:e} steps");
         let holds = seconds / scene.time_step_seconds() <= MOST_LOADING_STEPS;
         found.follows(holds, &[&[STANDS][..], &TIME_STEP].concat(), &wanted);
+    }
+}
+
+/// More make a scene that is no file to be read at once.
+const MOST_OBSTACLES: usize = 5_000;
+
+fn obstacles(scene: &Scene, found: &mut Findings<'_>) {
+    let all = &scene.obstacles;
+    let count = found.given.pointer(OBSTACLES).and_then(Value::as_array);
+    let count = count.map_or(0, Vec::len);
+    let keys = [OBSTACLES, MESHES];
+    let wanted = format!("at most {MOST_OBSTACLES} in all, {} are given", all.len());
+    found.follows(all.len() <= MOST_OBSTACLES, &keys, &wanted);
+    let in_space = all.is_empty() || scene.in_space();
+    let wanted = "left out in the plane: /box/depth is for spheres in space";
+    found.follows(in_space, &[&keys[..], &[DEPTH]].concat(), wanted);
+    for (index, obstacle) in all.iter().enumerate() {
+        // What comes of a file has no place in the text.
+        let place = match index < count {
+            true => format!("{OBSTACLES}/{index}"),
+            false => MESHES.to_owned(),
+        };
+        if let Some(wanted) = obstacle.lacks() {
+            found.unless(false, &place, &obstacle.shape, wanted);
+        }
     }
 }
 
