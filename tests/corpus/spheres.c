@@ -143,7 +143,8 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(table_overlap)       /* half of it */                                                                            \
     X(table_spins)         /* spins about x and z exchanged */                                                         \
     X(table_velocity)      /* y is written as it was a step ago */                                                     \
-    X(museum)              /* what a real code had: a number of museum.json */
+    X(museum)              /* what a real code had: a number of museum.json */                                         \
+    X(parts)               /* declared, with any fault, are 1: those of the plane alone; 2: space without the plane */
 
 static struct {
 #define X(name) double name;
@@ -1374,11 +1375,14 @@ static long run(const char *folder)
 
 static void describe(void)
 {
-    const char *rules = museum(14) ? ", \"rules\": {\"given_velocities\": \"at_start\", \"written_velocities\": \"whole_step\"}"
-        : museum(26) ? ", \"rules\": {\"restitution\": \"cut\"}" : "";
+    static const char *const of_space[3] = {"\"space\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"materials\", ", "",
+        "\"space_alone\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"materials\", "};
+    const char *rules = "";
+    if (museum(14)) rules = ", \"rules\": {\"given_velocities\": \"at_start\", \"written_velocities\": \"whole_step\"}";
+    if (museum(26)) rules = ", \"rules\": {\"restitution\": \"cut\"}";
     printf("{\"protocol\": %d, \"name\": \"spheres\", \"version\": \"1\", \"parts\": [\"normal_spring\", \"tangential_spring\", "
-         "\"wall_friction\", \"rotation\", \"dashpots\", \"local_damping\", " STAGES "\"space\", \"hertz_mindlin\", "
-         "\"moments\", \"adhesion\", \"materials\", \"gravity\", \"walls\", \"punch\", \"stop_rules\", \"cases\"]%s}\n", *rules ? 2 : 1, rules);
+           "\"wall_friction\", \"rotation\", \"dashpots\", \"local_damping\", " STAGES "%s\"gravity\", \"walls\", \"punch\", "
+           "\"stop_rules\", \"cases\"]%s}\n", *rules ? 2 : 1, of_space[(int)fault.parts], rules);
 }
 
 int main(int words, char **word)
