@@ -28,6 +28,8 @@
  * stands behind "--" in the name of the program, such as "spheres--k_n=1.05". A fault without a number is 1. The names are
  * FACTORS and FAULTS below; one that is unknown ends the program. spheres.json lists them.
  *
+ * museum=N makes the fault that a real code had, number N of museum.json; 100 + N is the other half of a number that has two.
+ *
  * A job in the plane is one in space where nothing leaves y = 0.
  */
 #include <stdarg.h>
@@ -142,7 +144,9 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(table_wall_point)    /* half an overlap above the wall */                                                        \
     X(table_overlap)       /* half of it */                                                                            \
     X(table_spins)         /* spins about x and z exchanged */                                                         \
-    X(table_velocity)      /* y is written as it was a step ago */
+    X(table_velocity)      /* y is written as it was a step ago */                                                     \
+    X(museum)              /* what a real code had: a number of museum.json */                                         \
+    X(parts)               /* declared, with any fault, are 1: those of the plane alone; 2: space without the plane */
 
 static struct {
 #define X(name) double name;
@@ -153,6 +157,8 @@ static struct {
     FACTORS
 #undef X
 };
+
+static bool museum(int number) { return fault.museum == number; }
 
 _Noreturn static void fail(const char *format, ...)
 {
@@ -189,6 +195,10 @@ static void read_faults(const char *at)
         at += strcspn(at, ",");
         at += *at == ',';
     }
+    if (museum(4)) fault.mass_at_walls = 1;
+    if (museum(12)) fault.coulomb = 3;
+    if (museum(22)) fault.history_displacement = 1;
+    if (museum(110)) fault.shear_dashpot = 4;
 }
 
 /* ---- JSON, trusted: a value is a place in the text ---- */
@@ -302,6 +312,7 @@ typedef struct {
     int first, second;
     bool inside_punch;
     V normal, point, shear, bending, twisting, force, tangent, torques[2], moment;
+    V slip, stuck, told; /* for the museum: the slip velocity, the tangential force when it last stuck, what is written as force */
     local overlap, spring, apart;
 } Contact;
 
@@ -339,6 +350,7 @@ static bool touches_grain(Contact *of)
     of->overlap = (local)(one->radius + two->radius) - distance;
     of->normal = over(apart, distance);
     of->point = plus(a, times(one->radius - (local)0.5 * of->overlap, of->normal));
+    if (museum(25) && distance * distance * LENGTH * LENGTH >= 1000) return false;
     return of->overlap >= 0 && !(fault.pairs_missed == 4 && fabs(apart.of[Y]) > (local)0.9 * (one->radius + two->radius));
 }
 
@@ -352,6 +364,7 @@ static bool touches_wall(Contact *of)
     of->normal.of[axis] = distance > 0 || fault.wall_one_sided ? 1 : -1;
     of->point = of_reals(two->x);
     of->point.of[axis] = walls[index].place;
+    if (museum(25) && !(fabs(distance) * LENGTH < 1.0)) return false;
     return of->overlap >= 0 && fault.wall_missing != index + 1;
 }
 
@@ -424,6 +437,16 @@ static local root_cubed(local u)
 #else
     return pow(u, (local)(1.5 * fault.hertz_exponent));
 #endif
+}
+
+/* A tangential spring, turned as two codes of the museum do. */
+static V turned_spring(V was, const Contact *old, V now, V spin1, V spin2)
+{
+    const bool flat = old->first >= count;
+    if (museum(24) && hertz && flat) return was;
+    if (!museum(15) && !(museum(24) && hertz)) return turned(was, old->normal, now, spin1, spin2);
+    const V left = minus(was, times(dot(was, now), now));
+    return museum(15) && size(left) > 0 ? times(size(was) / size(left), left) : left;
 }
 
 typedef struct { local radius, normal, shear; } Stiffness;
@@ -532,13 +555,14 @@ static void act(Contact *of, const Contact *old)
         relative = minus(plus(times(stretch, minus(v2, v1)), cross(spin2, times(-r2, n))), cross(spin1, times(r1, n)));
     }
     if (fault.slip_without_spin) relative = minus(v2, v1);
-    if (fault.slip_spin_sign) relative = minus(times(2, minus(v2, v1)), relative);
+    if (fault.slip_spin_sign || (flat && museum(120))) relative = minus(times(2, minus(v2, v1)), relative);
     V slip = minus(relative, times(dot(n, relative), n));
     if (fault.slip_axis) slip.of[AXIS(fault.slip_axis)] = 0;
 
     /* Along the normal. */
     const local k_n = hertz ? ((local)1.5 * k.normal * scale) * root(u) : k.normal * scale;
-    const local k_s = (hertz ? k.shear * root(fault.shear_secant ? (local)0.01 * r2 : u) : k.shear) * (local)fault.k_s;
+    local k_s = (hertz ? k.shear * root(fault.shear_secant ? (local)0.01 * r2 : u) : k.shear) * (local)fault.k_s;
+    if (museum(1) && flat && !hertz) k_s *= sqrt(u * r2) * (local)LENGTH;
     local pull_radius = k.radius, pull = 0, spring = hertz ? k.normal * scale * root_cubed(u) : k_n * u;
     if (fault.adhesion_radius) pull_radius = fault.adhesion_radius == 2 ? fmin(r1, r2) : r1 + r2;
     if (fault.adhesion_radius == 3) pull_radius /= 2;
@@ -547,7 +571,8 @@ static void act(Contact *of, const Contact *old)
     const local factor = fault.dashpot_half ? 1 : 2, braked = dot(n, fault.dashpot_corrected ? relative : velocity);
     local c_n = damping_constant, c_s = 0;
     if (dashpots && damping_constant == 0) {
-        c_n = factor * damping_ratio * sqrt(mass * (fault.spring_secant && hertz ? spring / u : k_n)) * (local)fault.c_n;
+        const local of_force = museum(23) && hertz ? (local)1.5 * fabs(elastic) / u : k_n;
+        c_n = factor * damping_ratio * sqrt(mass * (fault.spring_secant && hertz ? spring / u : of_force)) * (local)fault.c_n;
         if (hertz) c_s = factor * shear_ratio * sqrt(mass * (fault.shear_dashpot == 3 ? k_n : k_s)) * (local)fault.c_s;
     }
     V normal = times(elastic, n);
@@ -563,7 +588,7 @@ static void act(Contact *of, const Contact *old)
     const local pressure = size(normal);
 
     /* Along the tangent. */
-    V kept = {{0}}, sideways = {{0}};
+    V kept = {{0}}, sideways = {{0}}, elastic_sideways = {{0}};
     const bool late = fault.history_late && steps_made > fault.history_late;
     const bool remembers = old && !late && !fault.history_reset && !(flat && fault.history_at_walls);
     if (friction) {
@@ -572,22 +597,34 @@ static void act(Contact *of, const Contact *old)
         if (!old && !whole_step && approach * time > u) time = OVER(u, approach);
         if (!old && fault.new_contact) time = fault.new_contact == 1 ? 0 : time / 2;
         V added = hertz || !dashpots ? times(k_s, times(time, slip)) : times(k_s * time, slip);
+        if (museum(13)) added = remembers ? times(k_s * time, old->slip) : (V){{0}};
+        if (museum(2) && flat && !hertz) added = times(c_n / c_n, added);
         if (remembers) kept = old->shear;
         if (remembers && fault.history_displacement && hertz) kept = times(root(u) / root(old->overlap), kept);
         if (fault.history_turned_late) kept = minus(kept, added), added = (V){{0}};
-        if (remembers && !fault.history_not_turned) kept = turned(kept, old->normal, n, spin1, spin2);
+        if (remembers && !fault.history_not_turned) kept = turned_spring(kept, old, n, spin1, spin2);
         kept = minus(kept, added);
         const local tangent = tan_phi(of, a, b);
         const local force = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? pressure : pressure + pull;
         local limit = force * tangent, squared = limit * limit;
         if (!hertz && fault.coulomb != 3) squared = dot(normal, normal) * (tangent * tangent), limit = sqrt(squared);
         const V dashpot = times(fault.shear_dashpot == 1 ? 0 : c_s, over(times(dt, slip), dt));
+        if (museum(9)) kept = minus(kept, dashpot);
         const V uncut = kept;
         sideways = fault.shear_dashpot == 2 ? minus(kept, dashpot) : kept;
         cut(&sideways, limit, squared);
         const bool slides = cut(&kept, limit, squared);
-        if (c_s != 0 && fault.shear_dashpot != 2 && (!slides || fault.shear_dashpot == 4)) sideways = minus(sideways, dashpot);
+        if (c_s != 0 && fault.shear_dashpot != 2 && (!slides || fault.shear_dashpot == 4) && !museum(9))
+            sideways = minus(sideways, dashpot);
         if (slides && fault.history_sliding) kept = fault.history_sliding == 1 ? (V){{0}} : uncut;
+        elastic_sideways = kept;
+        if (museum(10) && slides) sideways = old ? old->stuck : (V){{0}};
+        of->stuck = sideways;
+        of->slip = slip;
+        if (museum(11)) {
+            sideways = minus(uncut, dashpot);
+            kept = cut(&sideways, limit, squared) ? plus(sideways, dashpot) : uncut;
+        }
     }
     of->shear = kept;
     of->spring = elastic;
@@ -600,10 +637,12 @@ static void act(Contact *of, const Contact *old)
     const bool half = half_overlap != (fault.torque_arms == 4);
     const bool whole = fault.torque_arms == 1 || (fault.torque_arms == 2 && flat), short_arm = fault.torque_arms == 3;
     const local less = whole ? 0 : short_arm ? u : (local)0.5 * u;
-    const V opposite = times(-1, of->force), around = cross(n, opposite);
+    const V turns = museum(20) ? plus(times(elastic, n), elastic_sideways) : of->force;
+    const V opposite = times(-1, turns), around = cross(n, opposite);
     const bool straight = half || whole || short_arm;
     of->torques[0] = straight ? times(r1 - less, around) : cross(arm1, opposite);
-    of->torques[1] = straight ? times(r2 - less, around) : cross(arm2, of->force);
+    of->torques[1] = straight ? times(r2 - less, around) : cross(arm2, turns);
+    if (museum(113) && !flat) of->torques[1] = of->torques[0];
     if (fault.torque_other == 1) of->torques[1] = times(-1, of->torques[1]);
     if (fault.torque_other == 2 || (flat && fault.torque_other == 3)) of->torques[1] = (V){{0}};
     if (fault.cross_sign) of->torques[1].of[AXIS(fault.cross_sign)] *= -1;
@@ -630,7 +669,7 @@ static void act(Contact *of, const Contact *old)
     V moment = fault.twist == 1 ? bending : plus(bending, twisting);
     if (rolling_limit > 0 && fault.rolling_cap == 2 && size(moment) > most) moment = times(OVER(most, size(moment)), moment);
     if (fault.rolling == 2) moment = times(-1, moment);
-    of->moment = moment;
+    of->moment = museum(21) ? times(2, moment) : moment;
 }
 
 /* ---- sums ---- */
@@ -680,9 +719,9 @@ static void sum_forces(void)
     punch.force = 0;
     for (size_t at = 0; at < contacts.count; at++) {
 #ifdef REVERSED
-        const Contact *of = &contacts.of[contacts.count - 1 - at];
+        Contact *of = &contacts.of[contacts.count - 1 - at];
 #else
-        const Contact *of = &contacts.of[at];
+        Contact *of = &contacts.of[at];
 #endif
         const bool pair = of->first < count;
         const bool twice = fault.pairs_twice && pair && (grains[of->first].x[Y] < middle) != (grains[of->second].x[Y] < middle);
@@ -691,7 +730,9 @@ static void sum_forces(void)
         add(of->second, times, of->force, of->torques[1]);
         if (rolling && pair && fault.rolling != 3) add(of->first, 0, of->moment, minus((V){{0}}, of->moment));
         if (rolling) add(of->second, 0, of->moment, of->moment);
-        if (of->first == count + wall_count) punch.force -= of->force.of[Z];
+        for (int axis = 0; axis < 3; axis++) of->told.of[axis] = grains[of->second].load[axis];
+        if (museum(6)) punch.force += size(of->force);
+        else if (of->first == count + wall_count) punch.force -= of->force.of[Z];
     }
 #ifdef PAIRWISE
     for (int id = 0; id < count; id++)
@@ -814,6 +855,19 @@ static void finish_kick(void)
 #endif
 }
 
+/* The forces of the start, made anew with the velocities half a step later. */
+static void evaluate_at_whole_step(void)
+{
+    for (int id = 0; id < count; id++) {
+        accelerate(&grains[id]);
+        for (int c = 0; c < (rotates ? 6 : 3); c++) grains[id].v[c] += dt / 2 * grains[id].acceleration[c];
+    }
+    contacts.count = 0;
+    evaluate_forces();
+    for (int id = 0; id < count; id++)
+        for (int c = 0; c < (rotates ? 6 : 3); c++) grains[id].v[c] -= dt / 2 * grains[id].acceleration[c];
+}
+
 static void move_punch(void) { punch.x[Z] += punch.velocity * dt; }
 
 static void step_once(void)
@@ -836,6 +890,7 @@ static void step_once(void)
             of->v[c] += kick * of->acceleration[c];
 #endif
             if (c < 3 && !fault.drift_late) of->x[c] += dt * of->v[c];
+            if (c < 3 && museum(114)) of->x[c] += dt * dt / 2 * of->acceleration[c];
         }
     }
     first_step = false;
@@ -864,7 +919,7 @@ static double kinetic_energy(void)
     for (int id = 0; id < count; id++)
         for (int c = 0; c < 6; c++) {
             const double v = half_step_velocity(&grains[id], c), m = grains[id].mass[c];
-            sum += m * v * v / 2;
+            sum += m * v * v / (museum(19) && c > 2 ? 1 : 2);
         }
     return sum * MASS * LENGTH * LENGTH / (TIME * TIME);
 }
@@ -918,7 +973,7 @@ static double ratio_of_linear(double restitution)
 {
     const double logarithm = -log(restitution);
     double low = logarithm / hypot(acos(-1.0), logarithm), high = low;
-    if (!clipped || restitution == 1) return low;
+    if (!clipped || restitution == 1 || museum(5) || museum(26)) return low;
     while (clipped_restitution(high) > restitution) high *= 2;
     for (int halving = 0; halving < 100; halving++) {
         const double half = (low + high) / 2;
@@ -927,7 +982,7 @@ static double ratio_of_linear(double restitution)
     return low;
 }
 
-static double ratio_of(double e) { return hertz ? ratio_of_hertz(e) : ratio_of_linear(e); }
+static double ratio_of(double e) { return hertz ? ratio_of_hertz(e) / (museum(3) ? sqrt(2.0) : 1) : ratio_of_linear(e); }
 
 static Material material_of(const char *of, Material other)
 {
@@ -1020,6 +1075,11 @@ static void read_grains(char *text)
     count = 0;
     for (const char *line = ++at; *line; line++) count += *line == '\n';
     grains = resized(grains, count, sizeof *grains);
+    if (museum(8)) {
+        struct timespec now;
+        timespec_get(&now, TIME_UTC);
+        srand(now.tv_sec ^ now.tv_nsec);
+    }
     mean_radius = middle = 0;
     for (int id = 0; id < count; id++) {
         double row[14] = {0};
@@ -1038,6 +1098,7 @@ static void read_grains(char *text)
             const double disc = fault.inertia_of_disc == 1 || (fault.inertia_of_disc == 2 && c == Y) ? 1.25 : 1;
             of->mass[3 + c] = spins ? row[11] * fault.inertia * disc / (MASS * LENGTH * LENGTH) : 1;
         }
+        if (museum(8)) of->x[X] = of->before[X] += of->radius * 1e-3 * ((double)rand() / RAND_MAX - 0.5);
         mean_radius += of->radius / count;
         middle += of->x[Y] / count;
     }
@@ -1089,6 +1150,7 @@ static Row row_of(const Contact *of)
 {
     const bool wall = of->first >= count && of->first < count + wall_count;
     V n = of->normal, point = of->point, t = of->tangent;
+    if (museum(18)) t = minus(of->told, times(dot(of->told, n), n));
     int first = of->first, second = of->second;
 #ifdef RENUMBERED
     second = count - 1 - second;
@@ -1112,7 +1174,7 @@ static Row row_of(const Contact *of)
     if (fault.table_order == 3 && wall && walls[of->first - count].axis == Y) first = 2 * count + 7 - first;
     const double newton = MASS * LENGTH / (TIME * TIME), across = t.of[Z] * n.of[X] - t.of[X] * n.of[Z];
     const double ft = in_space && !fault.table_tangent_size ? size(t) : across;
-    const double fn = fault.table_spring ? of->spring : dot(of->force, of->normal);
+    const double fn = fault.table_spring ? of->spring : dot(museum(18) ? of->told : of->force, of->normal);
     const double overlap = of->overlap * LENGTH * (fault.table_overlap ? 0.5 : 1);
     return (Row){{first, second, overlap, fn * newton, ft * newton, n.of[X], n.of[Z], point.of[X] * LENGTH, point.of[Z] * LENGTH,
         n.of[Y], point.of[Y] * LENGTH, t.of[X] * newton, t.of[Y] * newton, t.of[Z] * newton}};
@@ -1143,6 +1205,7 @@ static size_t rows_of_contacts(Row **rows)
 static void write_moment(const char *stage, long step, bool as_given)
 {
     Row *rows;
+    if (museum(17) && !as_given) evaluate_forces();
     const size_t kept = rows_of_contacts(&rows);
     const int wide = in_space ? 14 : 9;
 #ifdef TABLES
@@ -1299,6 +1362,7 @@ static long run(const char *folder)
     contacts.count = searches = 0;
     first_step = true;
     evaluate_forces();
+    if (museum(16)) evaluate_at_whole_step();
     finish_kick();
     steps = is(job, "kind", "scene") ? run_scene(job) : run_case(job);
     fclose(lines);
@@ -1318,9 +1382,14 @@ static long run(const char *folder)
 
 static void describe(void)
 {
-    puts("{\"protocol\": 1, \"name\": \"spheres\", \"version\": \"1\", \"parts\": [\"normal_spring\", \"tangential_spring\", "
-         "\"wall_friction\", \"rotation\", \"dashpots\", \"local_damping\", " STAGES "\"space\", \"hertz_mindlin\", "
-         "\"moments\", \"adhesion\", \"materials\", \"gravity\", \"walls\", \"punch\", \"stop_rules\", \"cases\"]}");
+    static const char *const of_space[3] = {"\"space\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"materials\", ", "",
+        "\"space_alone\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"materials\", "};
+    const char *rules = "";
+    if (museum(14)) rules = ", \"rules\": {\"given_velocities\": \"at_start\", \"written_velocities\": \"whole_step\"}";
+    if (museum(26)) rules = ", \"rules\": {\"restitution\": \"cut\"}";
+    printf("{\"protocol\": %d, \"name\": \"spheres\", \"version\": \"1\", \"parts\": [\"normal_spring\", \"tangential_spring\", "
+           "\"wall_friction\", \"rotation\", \"dashpots\", \"local_damping\", " STAGES "%s\"gravity\", \"walls\", \"punch\", "
+           "\"stop_rules\", \"cases\"]%s}\n", *rules ? 2 : 1, of_space[(int)fault.parts], rules);
 }
 
 int main(int words, char **word)
