@@ -3,6 +3,7 @@
 use std::io::{Cursor, Read};
 use std::path::Path;
 
+use grains::obstacle::Triangles;
 use grains::scene::Mesh;
 
 use crate::files::regular;
@@ -16,7 +17,7 @@ const HEADER: usize = 80;
 const RECORD: usize = 50;
 
 /// The triangles of this file, in m, or what is wrong with it.
-pub fn triangles(folder: &Path, mesh: &Mesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
+pub fn triangles(folder: &Path, mesh: &Mesh) -> Result<Triangles, String> {
     let file = regular(&*folder.join(&mesh.path));
     let file = file.map_err(|error| format!("a file that can be read: {error}"))?;
     let mut bytes = Vec::new();

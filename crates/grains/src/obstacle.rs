@@ -39,6 +39,9 @@ pub enum Surface {
     },
 }
 
+/// The corners of several, m.
+pub type Triangles = Vec<[Vector; 3]>;
+
 type Quaternion = [f64; 4];
 
 fn unturned() -> Quaternion {
@@ -120,7 +123,7 @@ impl Obstacle {
 }
 
 /// An obstacle where it is now.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct Placed {
     shape: Shape,
     motion: Motion,
@@ -129,10 +132,10 @@ pub(crate) struct Placed {
     rotation: [Vector; 3],
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 enum Shape {
     Plane { normal: Vector },
-    Triangle(Facet),
+    Triangle(Box<Facet>),
     Box { half_extents: Vector },
 }
 
@@ -244,7 +247,7 @@ impl Placed {
             Surface::Plane { point, normal } => (Shape::Plane { normal }, point, unturned()),
             Surface::Triangle { vertices } => {
                 let (facet, centre) = Facet::new(vertices);
-                (Shape::Triangle(facet), centre, unturned())
+                (Shape::Triangle(Box::new(facet)), centre, unturned())
             }
             Surface::Box {
                 centre,

@@ -8,7 +8,7 @@ use super::fill::{filled, filled_anyway};
 use super::paper_scene::open_choices;
 use super::problem::{Findings, Problem, line_and_column, misfits, remove, twice};
 use super::*;
-use crate::obstacle::Surface;
+use crate::obstacle::{Surface, Triangles};
 
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
 const WIDEST: f64 = 1.0e6;
@@ -66,7 +66,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
 /// The same of the text of a file, with a reader of the files of triangles that it names.
 pub fn parse_scene_with(
     text: &str,
-    triangles: &dyn Fn(&Mesh) -> Result<Vec<[[f64; 3]; 3]>, String>,
+    triangles: &dyn Fn(&Mesh) -> Result<Triangles, String>,
 ) -> Result<Scene, SceneError> {
     let given: Value =
         serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
