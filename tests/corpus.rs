@@ -1,7 +1,7 @@
 //! The corpus of engines: right ones in many builds, and wrong ones, each judged as `engine check` judges it. The confusion
 //! matrix is printed, and kept in `reference_data/corpus-1.csv` (made anew with CROSSGRAIN_KEEP=1). Nothing right may be called wrong, nothing wrong right, and what is wrong must be named in 19 of 20.
 
-use crossgrain::compare::first_steps::from_bed;
+use crossgrain::compare::first_steps::{answer, from_bed};
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use serde::Deserialize;
 use verdict::judge::{Judgement, Reference, Verdict};
@@ -313,4 +313,74 @@ fn right_engines_of_spheres_are_equal_to_rounding_and_wrong_ones_are_not() {
         .filter(|row| !kept.contains(&judged_as(row)))
         .collect();
     assert!(other.is_empty(), "judged otherwise than kept: {other:?}");
+}
+
+#[derive(Deserialize)]
+struct Museum {
+    faults: Vec<FaultOfACode>,
+}
+
+/// A fault that a released code had, made again.
+#[derive(Deserialize)]
+struct FaultOfACode {
+    number: u32,
+    code: String,
+    switch: Option<String>,
+    /// By which command.
+    command: Option<String>,
+    found: String,
+    /// Words that name it; empty where it is found and not named.
+    named: String,
+}
+
+/// Faults of real codes that first steps show, each time every third one, with CROSSGRAIN_ALL=1 all of them; of the others
+/// `tests/corpus/museum.json` says which command finds them.
+#[test]
+fn faults_that_real_codes_had_are_found() {
+    let museum: Museum = serde_json::from_value(json_of(here("museum.json"))).expect("a museum");
+    assert_eq!(museum.faults.iter().map(|of| of.number).max(), Some(26));
+    let folder = &new_folder();
+    let in_space = verdict::spheres::reference().expect("a bed");
+    let planar = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
+    let plain = compiled_of("spheres.c", folder, "sound", &["-O2".to_owned()]);
+    let every = if std::env::var_os("CROSSGRAIN_ALL").is_some() {
+        1
+    } else {
+        3
+    };
+    let is_asked = |of: &&FaultOfACode| {
+        of.command.as_deref() == Some("engine check") && of.found == "different"
+    };
+    let (mut missed, mut unnamed) = (Vec::new(), Vec::new());
+    for of in museum.faults.iter().filter(is_asked).step_by(every) {
+        let (fault, plain) = (of.switch.as_ref().expect("a switch"), plain.display());
+        let script = format!("#!/bin/sh\nFAULT='{fault}' exec '{plain}' \"$@\"\n");
+        let options = Options::new(program(folder, format!("{fault}.sh"), &script));
+        let engine = ExternalEngine::ask(options).expect("a description");
+        let bed = if fault.contains("parts=2") {
+            &in_space
+        } else {
+            &planar
+        };
+        let said = match from_bed(bed, &engine, &mut |_| ()) {
+            Ok(found) if found.verdict() == Verdict::Different => answer(&found),
+            Ok(_) => String::new(),
+            Err(error) => format!("it failed: {error}"),
+        };
+        println!("{} {}: {said}", of.number, of.code);
+        if said.is_empty() {
+            missed.push(fault);
+        } else if !said.contains(&of.named) {
+            unnamed.push(fault);
+        }
+    }
+    println!("not in first steps: {missed:?}; not named: {unnamed:?}");
+    // What stands in a program in units of its own shows in other units alone, and what tables do to a run in the relations of an engine
+    // with itself.
+    let by_relations = ["museum=25,parts=1", "museum=17,parts=1", "museum=8,parts=1"];
+    missed.retain(|fault| !by_relations.contains(&fault.as_str()));
+    assert!(
+        missed.is_empty() && unnamed.is_empty(),
+        "missed: {missed:?}, unnamed: {unnamed:?}"
+    );
 }
