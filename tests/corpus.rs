@@ -79,6 +79,8 @@ fn is_named(of: &Judgement, cause: &str, factor: Option<f64>) -> bool {
         "k_n_grain" => return times(&["k_n between grains"]),
         "k_n_wall" => return times(&["k_n at walls"]),
         "k_n_punch" => return times(&["k_n at the punch"]),
+        // Walls that do not give way are twice as stiff.
+        "k_n_flat" if said.contains("wall_stiffness = rigid") => return factor == Some(2.0),
         "k_n_flat" => return times(&["k_n at walls", "k_n at the punch"]),
         "k_s" => return times(&["k_s"]),
         "modulus" => return times(&["k_n between grains", "k_n at walls", "k_s"]),

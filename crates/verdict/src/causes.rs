@@ -141,11 +141,12 @@ impl Cause {
                 let numbers = numbers.map_or(String::new(), |said| format!("; {said}"));
                 format!("in {state} {condition}{numbers}")
             }
+            (None, 1) => format!(
+                "in {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts{}",
+                numbers.map_or(String::new(), |said| format!("; {said}"))
+            ),
             (None, _) if let Some(said) = numbers => format!("in {state} {said}"),
             (None, 0) => format!("it parts from the model in {state}"),
-            (None, 1) => format!(
-                "in {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts"
-            ),
             (None, count) => format!(
                 "in {state} {count} grains are farther off than rounding takes them ({of_grains}{more}): {at}"
             ),
@@ -341,6 +342,12 @@ impl Tried<'_> {
         let constants_alone = search.pruned(known, &full);
         if self.is_explained(&constants_alone.variant) {
             return self.cause(constants_alone, true, Vec::new());
+        }
+        // One alone may be found where all together go astray: a large fault of one makes others' responses meaningless.
+        let alone = in_parallel(free.len(), |at| search.fit(known, &free[at..=at]));
+        let mut alone = alone.into_iter();
+        if let Some(fit) = alone.find(|fit| self.is_explained(&fit.variant)) {
+            return self.cause(fit, true, Vec::new());
         }
         if self.ruled_out.is_empty() {
             forms.extend(search.lost_contacts(known));

@@ -79,7 +79,10 @@ const CHANGE: f64 = 1.0e-6;
 const ROUNDED: f64 = 4.0;
 /// From the constants found the fit is made again, so often at most; the responses themselves the first few times.
 const ROUNDS: usize = 12;
-const ROUNDS_WITH_RESPONSES: usize = 3;
+const ROUNDS_WITH_RESPONSES: usize = 4;
+/// So much larger a constant becomes in a round at most: where forces are those of the fault, small responses of the model's own say
+/// little.
+const LARGEST_STEP: f64 = 0.5;
 /// Weights are made anew so often in each round, at most, or until what is found changes by less than this share.
 const REWEIGHTED: usize = 12;
 const SETTLED: f64 = 1.0e-6;
@@ -384,7 +387,8 @@ impl<'a> Search<'a> {
             return false;
         };
         for (fitted, (larger, error)) in fit.fitted.iter_mut().zip(found.iter().zip(&errors)) {
-            fit.variant = fit.variant.and(fitted.constant, *larger);
+            let larger = larger.clamp(-LARGEST_STEP, LARGEST_STEP);
+            fit.variant = fit.variant.and(fitted.constant, larger);
             fitted.larger = fit.variant.larger[&fitted.constant];
             fitted.error = *error;
         }
