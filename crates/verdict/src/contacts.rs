@@ -398,7 +398,7 @@ mod tests {
             "{said}"
         );
         assert!(
-            said.contains("fn is off in 2 of 2 rows, × 1.500000"),
+            said.contains("fn is off in 2 of 2 rows (1–9, 2–9), × 1.500000"),
             "{said}"
         );
         assert!(!said.contains("overlap is off"), "{said}");
