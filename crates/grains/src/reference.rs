@@ -1,6 +1,6 @@
 //! The step written out plainly, with no lists, no lanes and nothing of the engine but its constants: every pair that touches in
 //! the order of ids, walls after grains, the punch last, and what contacts remember in a map. Slow and obvious; the engine must
-//! have its bits. With a [`Variant`] it is what another engine may do instead. In space [`Space`](space::Space) is the engine.
+//! have its bits. With a [`Variant`] it is what another engine may do instead. In space `space` is the engine.
 
 mod law;
 pub(crate) mod space;
