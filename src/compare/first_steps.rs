@@ -111,8 +111,9 @@ pub fn first_steps(
         };
     let [usual, small] = &beds.made;
     let mut found = from(usual, Some(beds.grains))?;
+    // What it lacks it lacks in a small bed too.
     let refused = found.starts.iter().all(|start| start.skipped.is_some());
-    if refused && beds.grains > SMALL {
+    if refused && !found.starts.is_empty() && beds.grains > SMALL {
         found = from(small, Some(SMALL))?;
     }
     match &beds.spheres {

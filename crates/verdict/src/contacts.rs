@@ -11,8 +11,6 @@ use grains::tables::{Across, Body, BodyIds, Contact, Snapshot};
 use grains::task::Case;
 use grains::vector::{Vector, hypot, minus};
 
-use crate::constants::until;
-
 /// Numbers compared of a contact: overlap, normal force, tangential force, normal, point.
 pub(crate) const NUMBERS: usize = 5;
 
@@ -212,9 +210,12 @@ pub fn contradiction(
     theirs: Table<'_>,
     length: f64,
 ) -> Result<Option<String>, NativeError> {
-    let start = until(state, 0);
+    let start = Case {
+        moments: vec![0],
+        ..state.clone()
+    };
     let own = run_case(&start, None)?;
-    let own = own.first().expect("a case has its start");
+    let own = own.first().expect("the one moment that is asked for");
     let law = &state.model.law;
     let radius = state.bodies.radius.iter().copied().fold(f64::MAX, f64::min);
     // A force that grows as u^1.5 grows by at most so many times its mean slope.

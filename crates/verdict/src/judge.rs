@@ -180,21 +180,11 @@ impl Judgement {
         }
     }
 
-    /// With what was found in space besides. An engine that refuses every state in the plane is judged in space alone.
+    /// With what was found in space besides. States in the plane that an engine refuses stay open, unless it says that it has no plane.
     pub fn with_spheres(mut self, space: Judgement) -> Self {
-        let refused =
-            |start: &OfStart| start.skipped.is_some() && start.verdict != Verdict::Different;
-        if self.starts.iter().all(refused) && !space.starts.iter().all(refused) {
-            let planar = std::mem::take(&mut self.starts).into_iter();
-            self.not_asked = planar
-                .map(|start| NotAsked {
-                    law: start.law,
-                    start: start.start,
-                    lacking: "grains in the plane".to_owned(),
-                })
-                .collect();
+        // Of an engine that has nothing in the plane nothing can touch there.
+        if self.starts.is_empty() {
             self.counts.clear();
-            self.grains = 0;
         }
         self.spheres = space.grains;
         self.radii = self.radii.max(space.radii);
