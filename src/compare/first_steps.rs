@@ -12,6 +12,7 @@ use grains::tables::Snapshot;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::causes::Cause;
+use verdict::drawn::{ANGLES, RATIOS, RESTITUTIONS};
 use verdict::envelope::{FACTOR, Farthest, REPLICAS};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 use verdict::forms::is_between_grains;
@@ -19,7 +20,7 @@ use verdict::identify::Identified;
 use verdict::invariance;
 use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
 use verdict::spheres;
-use verdict::starts::{ANGLES, Bed, RATIOS, RESTITUTIONS, State};
+use verdict::starts::{Bed, State};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -67,7 +68,8 @@ impl Beds {
         let made = match self.itself.get() {
             Some(made) => made,
             None => {
-                let made = Bed::new(invariance::GRAINS, self.dispersion)?.states();
+                let mut made = Bed::new(invariance::GRAINS, self.dispersion)?.states();
+                made.extend(verdict::spheres::for_itself()?);
                 self.itself.get_or_init(|| made)
             }
         };

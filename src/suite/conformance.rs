@@ -21,7 +21,7 @@ use grains::tables::{Bodies, Contact, Snapshot, Stage};
 use grains::task::{Case, StageReport, Task};
 use verdict::envelope::Resolution;
 use verdict::excerpt::Excerpt;
-use verdict::invariance::{Depth, Held, Itself, RELATIONS};
+use verdict::invariance::{Depth, Held, Itself, RELATIONS, Relation};
 use verdict::judge::{Judgement, Verdict};
 
 /// The ids of the checks of first steps begin with this.
@@ -313,7 +313,8 @@ fn against_itself(
             return found.add("itself/beds", what, Err(Trouble::Engine(error)));
         }
     };
-    for relation in RELATIONS.iter().filter(|relation| relation.is_asked(depth)) {
+    let asked = |relation: &&Relation| relation.is_asked(depth, &itself);
+    for relation in RELATIONS.iter().filter(asked) {
         progress(relation.name);
         let said = match relation.held(&itself, &mut run) {
             Ok(Held::Holds(said)) => Ok(said),

@@ -201,8 +201,8 @@ impl Excerpt {
         Ok(rises.then_some(excerpt))
     }
 
-    /// From a state whose grains spin to a look at which the rule holds by all kinetic energy, and not by that of the velocities alone.
-    /// None where there is no such look.
+    /// From a state whose grains spin to a look at which the rule holds by all kinetic energy, and by as few as possible of those that
+    /// leave something out or count spins twice. None where there is no such look.
     pub fn until_spins_settle(
         start: &str,
         key: &str,
@@ -211,11 +211,26 @@ impl Excerpt {
     ) -> Result<Option<Self>, NativeError> {
         let (mut excerpt, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
         let looks = moments[1..].iter().map(|moment| {
-            let mut without = moment.bodies.clone();
-            without.spin.fill(0.0);
-            [moment.bodies.kinetic_energy(), without.kinetic_energy()]
+            let all = moment.bodies.kinetic_energy();
+            let without = |leave: fn(&mut Bodies)| {
+                let mut bodies = moment.bodies.clone();
+                leave(&mut bodies);
+                bodies.kinetic_energy()
+            };
+            let still = without(|bodies| bodies.inertia.fill(0.0));
+            let parts: [fn(&mut Bodies); 4] = [
+                |bodies| bodies.vy.fill(0.0),
+                |bodies| bodies.spin.fill(0.0),
+                |bodies| bodies.spin_x.fill(0.0),
+                |bodies| bodies.spin_z.fill(0.0),
+            ];
+            let parts = parts.into_iter().map(without);
+            [all, still, 2.0 * all - still]
+                .into_iter()
+                .chain(parts)
+                .collect()
         });
-        let looks: Vec<[f64; 2]> = looks.collect();
+        let looks: Vec<Vec<f64>> = looks.collect();
         // The first look at which the rule holds with this share of the largest energy so far.
         let holds = |which: usize, share: f64| {
             let mut peak = 0.0;
@@ -224,15 +239,20 @@ impl Excerpt {
                 energies[which] <= share * peak
             })
         };
-        let shares = (1..100).map(|percent| f64::from(percent) / 100.0);
-        let mut apart = shares.filter(|share| {
-            let at = holds(0, *share);
+        let shares = (1..200).map(|number| f64::from(number) / 200.0);
+        let seen = shares.map(|share| {
+            let at = holds(0, share);
             let is_safe = [0.999, 1.001].iter().all(|by| holds(0, by * share) == at);
-            at.is_some_and(|at| at > 0) && is_safe && holds(1, *share) != at
+            let is_one = at.is_some_and(|at| at > 0) && is_safe;
+            let others = (1..looks[0].len()).filter(|which| is_one && holds(*which, share) != at);
+            (others.count(), share)
         });
-        let share = apart.next();
-        excerpt.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
-        Ok(share.map(|_| excerpt))
+        let best = seen.fold(
+            (0, 0.0),
+            |best, seen| if seen.0 > best.0 { seen } else { best },
+        );
+        excerpt.scene.settle.kinetic_energy_fraction = best.1;
+        Ok((best.0 > 0).then_some(excerpt))
     }
 
     /// Moments that a run itself has told, of which the native engine goes on from the first.

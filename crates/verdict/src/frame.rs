@@ -3,16 +3,16 @@
 
 use grains::model::{Axis, Wall};
 use grains::scene::Viscosity;
-use grains::tables::{Bodies, Contact, Memories, Punch, Snapshot};
+use grains::tables::{Across, Bodies, Contact, Memories, Punch, Snapshot};
 use grains::task::Case;
 
-/// How the same things are called elsewhere.
+/// How the same things are called elsewhere. Vectors are (x, y, z).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Each coordinate there: which one it is here, and with which sign.
-    from: [(usize, f64); 2],
-    /// Added to it.
-    shift: [f64; 2],
+    /// Each coordinate there, by those here: a rotation or a reflection. In the plane y stays y.
+    matrix: [[f64; 3]; 3],
+    /// Added to the coordinates here, m.
+    shift: [f64; 3],
     /// One metre, kilogram and second in the units there.
     units: [f64; 3],
     /// The id there of each grain; empty where they stay.
@@ -21,33 +21,41 @@ pub struct Frame {
 
 impl Frame {
     /// Where everything is called as it is.
-    pub const HERE: Frame = Frame {
-        from: [(0, 1.0), (1, 1.0)],
-        shift: [0.0; 2],
-        units: [1.0; 3],
-        ids: Vec::new(),
-    };
+    pub const HERE: Frame = Frame::turned([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
 
     /// Left is right.
-    pub const MIRRORED: Frame = Frame {
-        from: [(0, -1.0), (1, 1.0)],
-        shift: [0.0; 2],
-        units: [1.0; 3],
-        ids: Vec::new(),
-    };
+    pub const MIRRORED: Frame = Frame::turned([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
 
     /// What points up points left.
-    pub const TURNED: Frame = Frame {
-        from: [(1, -1.0), (0, 1.0)],
-        shift: [0.0; 2],
-        units: [1.0; 3],
-        ids: Vec::new(),
-    };
+    pub const TURNED: Frame = Frame::turned([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+
+    /// Front is back.
+    pub const FRONT_TO_BACK: Frame =
+        Frame::turned([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]);
+
+    /// What points right points back; up stays up.
+    pub const ABOUT_UP: Frame = Frame::turned([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+
+    /// About no axis of the box: the rows have length one because 1² + 4² + 8² = 4² + 7² + 4² = 9².
+    pub const ASKEW: Frame = Frame::turned([
+        [1.0 / 9.0, -4.0 / 9.0, 8.0 / 9.0],
+        [8.0 / 9.0, 4.0 / 9.0, 1.0 / 9.0],
+        [-4.0 / 9.0, 7.0 / 9.0, 4.0 / 9.0],
+    ]);
+
+    const fn turned(matrix: [[f64; 3]; 3]) -> Self {
+        Frame {
+            matrix,
+            shift: [0.0; 3],
+            units: [1.0; 3],
+            ids: Vec::new(),
+        }
+    }
 
     /// So far to the right, m.
     pub fn shifted(way: f64) -> Self {
         Frame {
-            shift: [way, 0.0],
+            shift: [way, 0.0, 0.0],
             ..Frame::HERE
         }
     }
@@ -72,11 +80,10 @@ impl Frame {
     /// The way back.
     fn back(&self) -> Self {
         let mut back = Frame::HERE;
-        for (there, (here, sign)) in self.from.into_iter().enumerate() {
-            back.from[here] = (there, sign);
-            if self.shift[there] != 0.0 {
-                back.shift[here] = -sign * self.units[0] * self.shift[there];
-            }
+        back.matrix = [0, 1, 2].map(|here| self.matrix.map(|row| row[here]));
+        if self.shift != [0.0; 3] {
+            let shift = self.shift.map(|way| -self.units[0] * way);
+            back.shift = self.vector(shift, 1.0);
         }
         back.units = self.units.map(|unit| 1.0 / unit);
         back.ids = vec![0; self.ids.len()];
@@ -91,35 +98,50 @@ impl Frame {
         mass * length / (time * time)
     }
 
-    /// −1 where what turned left turns right.
+    /// The determinant: −1 where what turned left turns right.
     fn hand(&self) -> f64 {
-        let [(first, a), (_, b)] = self.from;
-        if first == 0 { a * b } else { -a * b }
+        let [a, b, c] = self.matrix;
+        let minor = |i: usize, j: usize| b[i] * c[j] - b[j] * c[i];
+        let determinant = a[0] * minor(1, 2) - a[1] * minor(0, 2) + a[2] * minor(0, 1);
+        determinant.signum()
     }
 
-    /// A vector, in a unit.
-    fn vector(&self, vector: [f64; 2], unit: f64) -> [f64; 2] {
-        self.from.map(|(axis, sign)| sign * vector[axis] * unit)
+    /// A vector, in a unit. Where coordinates only change their places no number is rounded and a zero keeps its sign.
+    fn vector(&self, vector: [f64; 3], unit: f64) -> [f64; 3] {
+        self.matrix.map(|row| {
+            let parts = row.into_iter().zip(vector).filter(|(of, _)| *of != 0.0);
+            let sum = parts
+                .map(|(of, part)| of * part)
+                .reduce(|sum, part| sum + part);
+            sum.expect("each row has an entry") * unit
+        })
     }
 
-    fn place(&self, place: [f64; 2]) -> [f64; 2] {
-        let mut there = self.vector(place, 1.0);
-        for (coordinate, shift) in there.iter_mut().zip(self.shift) {
+    fn place(&self, place: [f64; 3]) -> [f64; 3] {
+        let mut shifted = place;
+        for (coordinate, shift) in shifted.iter_mut().zip(self.shift) {
             // A zero keeps its sign.
             if shift != 0.0 {
                 *coordinate += shift;
             }
-            *coordinate *= self.units[0];
         }
-        there
+        self.vector(shifted, self.units[0])
     }
 
+    /// One in the plane: what it is across stays zero.
+    fn in_plane(&self, [x, z]: [f64; 2], unit: f64) -> [f64; 2] {
+        let [x, _, z] = self.vector([x, 0.0, z], unit);
+        [x, z]
+    }
+
+    /// Of frames in which a wall along one axis is one along another.
     fn wall(&self, wall: &Wall) -> Wall {
-        let mut place = [0.0; 2];
-        place[wall.axis as usize] = wall.place;
-        let there = usize::from(self.from[0].0 != wall.axis as usize);
+        let mut place = [0.0; 3];
+        place[wall.axis.in_space()] = wall.place;
+        let along = |row: &[f64; 3]| row[wall.axis.in_space()] != 0.0;
+        let there = self.matrix.iter().position(along).expect("an axis");
         Wall {
-            axis: [Axis::X, Axis::Z][there],
+            axis: [Axis::X, Axis::Y, Axis::Z][there],
             place: self.place(place)[there],
         }
     }
@@ -131,18 +153,33 @@ impl Frame {
     fn bodies(&self, bodies: &Bodies) -> Bodies {
         let [length, mass, time] = self.units;
         let mut there = bodies.clone();
+        let or_zero = |column: &[f64], id: usize| column.get(id).copied().unwrap_or(0.0);
+        let put = |column: &mut [f64], id: usize, value: f64| {
+            if let Some(cell) = column.get_mut(id) {
+                *cell = value;
+            }
+        };
         for old in 0..bodies.len() {
             let id = self.id(old as u32) as usize;
-            [there.x[id], there.z[id]] = self.place([bodies.x[old], bodies.z[old]]);
-            let velocity = [bodies.vx[old], bodies.vz[old]];
-            [there.vx[id], there.vz[id]] = self.vector(velocity, length / time);
+            let [x, y, z] = self.place([bodies.x[old], or_zero(&bodies.y, old), bodies.z[old]]);
+            (there.x[id], there.z[id]) = (x, z);
+            put(&mut there.y, id, y);
+            let velocity = [bodies.vx[old], or_zero(&bodies.vy, old), bodies.vz[old]];
+            let [x, y, z] = self.vector(velocity, length / time);
+            (there.vx[id], there.vz[id]) = (x, z);
+            put(&mut there.vy, id, y);
             there.radius[id] = bodies.radius[old] * length;
             there.mass[id] = bodies.mass[old] * mass;
-            if bodies.rotate() {
-                there.spin[id] = self.hand() * bodies.spin[old] / time;
-            }
-            if let Some(inertia) = bodies.inertia.get(old) {
-                there.inertia[id] = inertia * (mass * length * length);
+            let spins = [&bodies.spin_x, &bodies.spin, &bodies.spin_z];
+            let spin = spins.map(|column| or_zero(column, old));
+            let [x, y, z] = self.vector(spin, self.hand() / time);
+            put(&mut there.spin_x, id, x);
+            put(&mut there.spin, id, y);
+            put(&mut there.spin_z, id, z);
+            let inertia = or_zero(&bodies.inertia, old) * (mass * length * length);
+            put(&mut there.inertia, id, inertia);
+            if let Some(material) = bodies.material.get(old) {
+                there.material[id] = *material;
             }
         }
         there
@@ -150,8 +187,10 @@ impl Frame {
 
     fn punch(&self, punch: Punch) -> Punch {
         let [length, _, time] = self.units;
+        let [x, z] = punch.centre;
+        let [x, _, z] = self.place([x, 0.0, z]);
         Punch {
-            centre: self.place(punch.centre),
+            centre: [x, z],
             half_extents: punch.half_extents.map(|half| half * length),
             start: punch.start * length,
             velocity: punch.velocity * length / time,
@@ -159,32 +198,70 @@ impl Frame {
         }
     }
 
-    fn contact(&self, contact: &Contact, grains: usize) -> Contact {
+    /// A contact, in space with what it has across.
+    fn contact(
+        &self,
+        contact: &Contact,
+        across: Option<&Across>,
+        grains: usize,
+    ) -> (Contact, Option<Across>) {
+        let ([nx, nz], [x, z]) = (contact.normal, contact.point);
+        let y = across.map_or(0.0, |across| across.point);
+        let mut normal = self.vector([nx, across.map_or(0.0, |across| across.normal), nz], 1.0);
+        let [x, y, z] = self.place([x, y, z]);
+        // In space the size of a tangential force has no direction.
+        let hand = across.map_or(self.hand(), |_| 1.0);
         let mut there = Contact {
             id1: self.id(contact.id1),
             id2: self.id(contact.id2),
             overlap: contact.overlap * self.units[0],
             normal_force: contact.normal_force * self.force(),
-            tangential_force: self.hand() * contact.tangential_force * self.force(),
-            normal: self.vector(contact.normal, 1.0),
-            point: self.place(contact.point),
+            tangential_force: hand * contact.tangential_force * self.force(),
+            normal: contact.normal,
+            point: [x, z],
         };
+        let mut tangential = across.map(|across| self.vector(across.tangential, self.force()));
         // The lower id of two grains stands first; forces on the other one have other signs, and so has the normal.
         if (there.id1 as usize) < grains && there.id1 > there.id2 {
             std::mem::swap(&mut there.id1, &mut there.id2);
-            there.normal = there.normal.map(|part| -part);
+            normal = normal.map(|part| -part);
+            tangential = tangential.map(|force| force.map(|part| -part));
         }
-        there
+        there.normal = [normal[0], normal[2]];
+        let across = tangential.map(|tangential| Across {
+            normal: normal[1],
+            point: y,
+            tangential,
+        });
+        (there, across)
     }
 
     /// A case as it is there. A punch goes down in all frames that are not turned.
     pub fn case(&self, case: &Case) -> Case {
         let [length, mass, time] = self.units;
+        assert!(
+            case.model.obstacles.is_empty(),
+            "obstacles stay where they are"
+        );
         let mut there = case.clone();
         let model = &mut there.model;
-        model.gravity = self.vector(case.model.gravity, length / (time * time));
+        model.gravity = self.in_plane(case.model.gravity, length / (time * time));
         model.dt *= time;
-        model.law.modulus *= mass / (length * time * time);
+        let moduli = model
+            .law
+            .materials
+            .iter_mut()
+            .map(|solid| &mut solid.modulus);
+        for modulus in moduli.chain([&mut model.law.modulus]) {
+            *modulus *= mass / (length * time * time);
+        }
+        if let Some(rolling) = &mut model.law.contact.rolling {
+            rolling.bending_stiffness *= mass * length * length / (time * time);
+            rolling.twisting_stiffness *= mass * length * length / (time * time);
+        }
+        if let Some(adhesion) = &mut model.law.contact.adhesion {
+            *adhesion *= mass / (time * time);
+        }
         if let Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity {
             *c_n *= mass / time;
         }
@@ -199,18 +276,19 @@ impl Frame {
     pub fn told_here(&self, told: &Snapshot) -> Snapshot {
         let back = self.back();
         let grains = told.bodies.len();
-        let contacts = told.contacts.iter();
-        let mut contacts: Vec<Contact> = contacts
-            .map(|contact| back.contact(contact, grains))
+        let contacts = told.contacts.iter().enumerate();
+        let mut contacts: Vec<(Contact, Option<Across>)> = contacts
+            .map(|(row, contact)| back.contact(contact, told.across.get(row), grains))
             .collect();
-        contacts.sort_by_key(|contact| (contact.id1, contact.id2));
+        contacts.sort_by_key(|(contact, _)| (contact.id1, contact.id2));
+        let across = contacts.iter().filter_map(|(_, across)| *across).collect();
         Snapshot {
             stage: told.stage,
             step: told.step,
             time: told.time * back.units[2],
             bodies: back.bodies(&told.bodies),
-            contacts,
-            across: Vec::new(),
+            contacts: contacts.into_iter().map(|(contact, _)| contact).collect(),
+            across,
             memory: Memories::default(),
             punch: told.punch.map(|punch| back.punch(punch)),
         }
@@ -253,7 +331,7 @@ mod tests {
             assert_eq!(frame == Frame::HERE, there.bodies == case.bodies);
         }
         let quarter = Frame::TURNED;
-        assert_eq!(quarter.vector([0.0, 1.0], 1.0), [-1.0, 0.0]);
+        assert_eq!(quarter.in_plane([0.0, 1.0], 1.0), [-1.0, 0.0]);
         assert_eq!([quarter.hand(), Frame::MIRRORED.hand()], [1.0, -1.0]);
     }
 }

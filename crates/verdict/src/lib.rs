@@ -45,6 +45,7 @@ pub mod causes;
 mod conditions;
 pub mod constants;
 pub mod contacts;
+pub mod drawn;
 pub mod envelope;
 pub mod excerpt;
 pub mod exercise;

@@ -3,25 +3,19 @@
 //! drawn.
 
 use evidence::random::Source;
-use grains::generate::initial_bodies;
 use grains::model::{Axis, Law, Model, Solid, Wall};
-use grains::native::{self, NativeError};
-use grains::scene::{
-    ContactLaw, Damping, Material, NewContactSlip, Rolling, Rotation, Scene, SlipVelocity, Springs,
-    Tension, TorqueArms, Viscosity, parse_scene,
-};
-use grains::tables::{Bodies, Punch, Snapshot, Stage};
-use grains::task::{Case, Task};
+use grains::native::NativeError;
+use grains::scene::{ContactLaw, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, parse_scene};
+use grains::tables::{Bodies, Punch};
+use grains::task::Case;
 
-use crate::excerpt::Excerpt;
+use crate::drawn::{ADHESION, ANGLES, RATIOS, ROLLING, drawn, drawn_contact_in_space, spin};
+use crate::invariance::GRAINS;
 use crate::judge::Reference;
-use crate::starts::{ANGLES, MOMENTS, RATIOS, RESTITUTIONS, Start, State, drawn};
+use crate::starts::{Bed, MOMENTS, Start, State};
 
-/// Steps of pouring after which spheres are on their way down, and after which most lie.
-const POURING: u64 = 2200;
-const AT_REST: u64 = 12_000;
-/// How far the punch has sunk, over the mean diameter.
-const PRESSED: f64 = 1.0;
+/// How far the punch has sunk at least, over the mean radius; at most it is twice as far.
+const PRESSED: f64 = 1.5;
 /// The largest speed of spins that grains are given, rad/s.
 const SPIN: f64 = 40.0;
 /// States of drawn laws.
@@ -41,14 +35,6 @@ const STIFFER: Solid = Solid {
     poissons_ratio: 0.4,
     friction_angle: 0.8,
 };
-const ROLLING: Rolling = Rolling {
-    bending_stiffness: 0.1,
-    twisting_stiffness: 0.08,
-    limit: Some(0.1),
-};
-/// J/m²; the pull is a few weights of a grain.
-const ADHESION: f64 = 2.0;
-
 /// The scene whose bed it is.
 pub fn scene() -> Scene {
     parse_scene(include_str!("spheres.json")).expect("it is a scene")
@@ -173,24 +159,31 @@ fn other_constants(model: &mut Model, bodies: &mut Bodies) {
 
 /// What an engine is judged by in space: the bed's states under every law, and excerpts of scenes.
 pub fn reference() -> Result<Reference, NativeError> {
-    let scene = scene();
-    let poured = poured(&scene)?;
-    Ok(Reference::of(
-        states(&scene, &poured),
-        excerpts(&scene, &poured)?,
-    ))
+    let bed = Bed::of(scene(), PRESSED)?;
+    Ok(Reference::of(states(&bed), bed.excerpts()?))
 }
 
-fn states(scene: &Scene, poured: &Poured) -> Vec<State> {
+/// The bed's states under every law, of fewer grains: each is run many times where an engine is held against itself.
+pub fn for_itself() -> Result<Vec<State>, NativeError> {
+    let mut scene = scene();
+    scene.particles.count = GRAINS;
+    // As high as the whole bed.
+    scene.container.width *= 0.75;
+    scene.container.depth = scene.container.depth.map(|depth| 0.75 * depth);
+    Ok(states(&Bed::of(scene, PRESSED)?))
+}
+
+fn states(bed: &Bed) -> Vec<State> {
     let mut all = Vec::new();
     for (at, (law, change)) in LAWS.into_iter().enumerate() {
-        for (start, bodies, punch) in poured {
+        for (start, bodies, punch) in &bed.states {
             // Of most laws two states say what there is to say.
             let tells = [Start::Pouring, Start::UnderPunch].contains(start);
             if !tells && ![0, DASHPOTS].contains(&at) {
                 continue;
             }
-            let (mut model, mut bodies) = (Model::of(scene), spinning(bodies, SPIN));
+            let (mut model, mut bodies) = (Model::of(&bed.scene), bodies.clone());
+            spin(&mut bodies, SPIN);
             change(&mut model, &mut bodies);
             let key = format!("space-{at}-{}", start.key());
             all.push(State {
@@ -200,46 +193,8 @@ fn states(scene: &Scene, poured: &Poured) -> Vec<State> {
             });
         }
     }
-    all.extend((1..=DRAWN).filter_map(|number| drawn_state(scene, poured, number)));
+    all.extend((1..=DRAWN).filter_map(|number| drawn_state(bed, number)));
     all
-}
-
-/// Pouring, and a bed whose pouring ends and that is loaded: with the scene's law, and with another one in loading.
-fn excerpts(scene: &Scene, poured: &Poured) -> Result<Vec<Excerpt>, NativeError> {
-    let from = |start: Start| {
-        let found = poured.iter().find(|state| state.0 == start);
-        let (_, bodies, _) = found.expect("every bed has it");
-        grains::task::Start::from(spinning(bodies, SPIN))
-    };
-    let mut staged = scene.clone();
-    staged.loading.material = Some(Material {
-        friction_angle: 0.2,
-        youngs_modulus: 0.7 * scene.material.youngs_modulus,
-        ..scene.material.clone()
-    });
-    staged.loading.damping = Some(Damping::Cundall { alpha: 0.35 });
-    let pouring = from(Start::Pouring);
-    let mut excerpts = vec![
-        Excerpt::new(
-            "pouring of spheres",
-            "excerpt-space",
-            scene,
-            pouring.clone(),
-        ),
-        Excerpt::into_loading(
-            "pouring of spheres, then loading with other constants",
-            "excerpt-space-stages",
-            &staged,
-            pouring,
-        ),
-    ];
-    let rest = grains::task::Start {
-        stage: Stage::Load,
-        ..from(Start::AtRest)
-    };
-    let (name, key) = ("loading of spheres to its end", "excerpt-space-end");
-    excerpts.extend(Excerpt::to_end(name, key, scene, rest)?);
-    Ok(excerpts)
 }
 
 fn state(
@@ -271,61 +226,20 @@ fn state(
     }
 }
 
-/// With spins of all sizes about all axes.
-fn spinning(bodies: &Bodies, largest: f64) -> Bodies {
-    let mut bodies = bodies.clone();
-    let columns = [&mut bodies.spin_x, &mut bodies.spin, &mut bodies.spin_z];
-    for (axis, column) in columns.into_iter().enumerate() {
-        let frequency = 1.7 + 0.6 * axis as f64;
-        let spins = column.iter_mut().enumerate();
-        spins.for_each(|(id, spin)| *spin = largest * (frequency * id as f64).sin());
-    }
-    bodies
-}
-
-type Poured = Vec<(Start, Bodies, Option<Punch>)>;
-
-fn poured(scene: &Scene) -> Result<Poured, NativeError> {
-    let options = native::Options::default();
-    let cloud = initial_bodies(scene);
-    let after = |steps: u64| -> Result<Snapshot, NativeError> {
-        let task = Task::pour(cloud.clone(), steps);
-        Ok(native::run(scene, &task, &options, &mut ())?.last)
-    };
-    let [loose, pouring, rest] = [30, POURING, AT_REST].map(after);
-    let (pouring, rest) = (pouring?.bodies, rest?.bodies);
-    let punch = native::first_contact_punch(scene, &rest);
-    let step = scene.loading.speed * scene.time_step_seconds();
-    let pressing = Case {
-        name: "pressing".to_owned(),
-        model: Model::of(scene),
-        bodies: rest.clone(),
-        punch: Some(punch),
-        moments: vec![(PRESSED * scene.particles.mean_diameter / step) as u64],
-    };
-    let pressed = native::run_case(&pressing, None)?.pop();
-    let mut all = vec![
-        (Start::Loose, loose?.bodies, None),
-        (Start::Pouring, pouring, None),
-        (Start::AtRest, rest, None),
-    ];
-    all.extend(pressed.map(|moment| (Start::UnderPunch, moment.bodies, moment.punch)));
-    Ok(all)
-}
-
 /// Fast or slow grains with large or small spins under a law whose every key is drawn: what is right for each value alone may be
 /// wrong for two together.
-fn drawn_state(scene: &Scene, poured: &Poured, number: u64) -> Option<State> {
+fn drawn_state(bed: &Bed, number: u64) -> Option<State> {
     let mut source = Source::new(b"crossgrain: laws drawn in space ", number);
     let source = &mut source;
     let start = [Start::Pouring, Start::UnderPunch][number as usize % 2];
-    let (_, bodies, punch) = poured.iter().find(|state| state.0 == start)?;
-    let mut bodies = spinning(bodies, drawn(source, [0.1 * SPIN, SPIN, 5.0 * SPIN]));
+    let (_, bodies, punch) = bed.states.iter().find(|state| state.0 == start)?;
+    let mut bodies = bodies.clone();
+    spin(&mut bodies, drawn(source, [0.1 * SPIN, SPIN, 5.0 * SPIN]));
     let faster = drawn(source, [1.0, FASTER]);
     let velocities = [&mut bodies.vx, &mut bodies.vy, &mut bodies.vz];
     let all = velocities.into_iter().flatten();
     all.for_each(|velocity| *velocity *= faster);
-    let mut model = Model::of(scene);
+    let mut model = Model::of(&bed.scene);
     model.gravity = drawn(source, [[0.0, -1.62], [0.0, -9.81], [2.0, -9.0]]);
     model.alpha = drawn(source, [0.0, 0.2, 0.6]);
     if drawn(source, [false, false, true]) {
@@ -339,7 +253,7 @@ fn drawn_state(scene: &Scene, poured: &Poured, number: u64) -> Option<State> {
     law.punch_friction_angle = drawn(source, aside);
     law.stiffness_ratio = drawn(source, RATIOS);
     law.poissons_ratio = Some(drawn(source, [0.0, 0.3, 0.45]));
-    law.contact = drawn_contact(source);
+    law.contact = drawn_contact_in_space(source);
     let (law, key) = (
         format!("drawn law {number} in space"),
         format!("space-drawn-{number}"),
@@ -347,48 +261,30 @@ fn drawn_state(scene: &Scene, poured: &Poured, number: u64) -> Option<State> {
     Some(state(&law, start, key, model, bodies, *punch))
 }
 
-fn drawn_contact(source: &mut Source) -> ContactLaw {
-    let tension = drawn(source, [Tension::Clipped, Tension::Unclipped]);
-    let e_n = drawn(source, RESTITUTIONS);
-    let restitution = Viscosity::Restitution { e_n, tension };
-    let free = [Rotation::Free, Rotation::Free, Rotation::Blocked];
-    let slip = [
-        SlipVelocity::RatchetingCorrected,
-        SlipVelocity::ContactPoint,
-    ];
-    let arms = [TorqueArms::HalfOverlap, TorqueArms::ContactPoint];
-    let new = [NewContactSlip::WholeStep, NewContactSlip::SinceTouch];
-    let mut contact = ContactLaw {
-        rotation: drawn(source, free),
-        slip_velocity: drawn(source, slip),
-        torque_arms: drawn(source, arms),
-        new_contact_slip: drawn(source, new),
-        springs: drawn(
-            source,
-            [
-                Springs::HertzMindlin,
-                Springs::HertzMindlin,
-                Springs::Linear,
-            ],
-        ),
-        ..ContactLaw::default()
-    };
-    let rolling = Rolling {
-        limit: drawn(source, [None, ROLLING.limit]),
-        ..ROLLING
-    };
-    contact.rolling = drawn(source, [None, Some(rolling)]);
-    if contact.springs == Springs::Linear {
-        let dashpot = Viscosity::Dashpot { c_n: 1.5, tension };
-        contact.viscosity = drawn(source, [Viscosity::None, dashpot, restitution]);
-        return contact;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_of_settling_and_of_loading_are_judged_in_space_too() {
+        let bed = Bed::of(scene(), PRESSED).expect("a bed");
+        let starts: Vec<_> = bed.states.iter().map(|(start, ..)| *start).collect();
+        let all = [
+            Start::Loose,
+            Start::Pouring,
+            Start::AtRest,
+            Start::UnderPunch,
+        ];
+        assert_eq!(starts, all);
+        let excerpts = bed.excerpts().expect("runs");
+        let has = |key: &str| {
+            let key = format!("excerpt-{key}-in-space");
+            assert!(excerpts.iter().any(|excerpt| excerpt.key == key), "{key}");
+        };
+        for key in [
+            "settled", "spins", "to-end", "standing", "stages", "drawn-1",
+        ] {
+            has(key);
+        }
     }
-    let ratio = Viscosity::Ratio {
-        ratio: 0.2,
-        tension,
-    };
-    contact.viscosity = drawn(source, [Viscosity::None, restitution, ratio]);
-    contact.tangential_viscosity = drawn(source, [None, Some(0.5)]);
-    contact.adhesion = drawn(source, [None, None, Some(ADHESION)]);
-    contact
 }

@@ -3,12 +3,12 @@
 //! They are cases of at most a hundred steps: rounding has not grown yet, every mistake shows already.
 
 use grains::generate::{can_turn, initial_bodies};
-use grains::model::{Axis, Law, Model, Wall};
+use grains::model::{Axis, Law, Model, Wall, rotates};
 use grains::native::{self, NativeError, first_contact_punch};
 use grains::rules::Rules;
 use grains::scene::{
-    AfterForce, Cloud, ContactLaw, Damping, Material, NewContactSlip, Rotation, Scene,
-    SlipVelocity, Tension, TimeStep, TorqueArms, Viscosity, paper_scene,
+    AfterForce, Cloud, Damping, Material, NewContactSlip, Rotation, Scene, SlipVelocity, Tension,
+    TimeStep, TorqueArms, Viscosity, paper_scene,
 };
 use grains::tables::{Bodies, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Seen, Task};
@@ -17,6 +17,7 @@ use serde::Serialize;
 use evidence::random::Source;
 
 use crate::contacts::at_a_corner;
+use crate::drawn::{ROLLING, drawn, drawn_contact, drawn_contact_in_space, drawn_material, spin};
 use crate::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
@@ -199,8 +200,8 @@ impl LawKind {
 /// The bed's states, poured and pressed by the native engine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bed {
-    scene: Scene,
-    states: Vec<(Start, Bodies, Option<Punch>)>,
+    pub(crate) scene: Scene,
+    pub(crate) states: Vec<(Start, Bodies, Option<Punch>)>,
     /// Shortly before it is at its liveliest.
     rising: Bodies,
 }
@@ -222,10 +223,6 @@ const RISING: u64 = 100;
 /// States and excerpts of drawn laws.
 const DRAWN: u64 = 24;
 const DRAWN_EXCERPTS: u64 = 6;
-/// φ, rad, k_s/k_n and e_n of drawn laws, the smallest first and the largest last.
-pub const ANGLES: [f64; 4] = [0.0, 0.1, 0.5, 1.0];
-pub const RATIOS: [f64; 4] = [0.05, 0.5, 1.0, 2.5];
-pub const RESTITUTIONS: [f64; 3] = [0.1, 0.4, 0.9];
 /// Time step of drawn laws over √(m/k).
 const STABLE: f64 = 0.2;
 /// How many times as fast grains are in some of them.
@@ -250,6 +247,11 @@ impl Bed {
         *columns = (f64::from(*columns) * share).round().max(2.0) as u32;
         scene.container.width = pitch * f64::from(*columns);
         scene.loading.half_width = (0.1 * scene.container.width).min(scene.loading.half_width);
+        Bed::of(scene, PRESSED)
+    }
+
+    /// That of a scene, with a punch that has sunk by so many mean radii, or up to twice as far.
+    pub(crate) fn of(scene: Scene, pressed: f64) -> Result<Self, NativeError> {
         let cloud = initial_bodies(&scene);
         let after = |task: Task| -> Result<Bodies, NativeError> {
             let end = native::run(&scene, &task, &native::Options::default(), &mut ())?;
@@ -269,7 +271,7 @@ impl Bed {
         let rising = rising.before_largest;
         let punch = first_contact_punch(&scene, &rest);
         let step = scene.loading.speed * scene.time_step_seconds();
-        let steps = (PRESSED * 0.5 * scene.particles.mean_diameter / step) as u64;
+        let steps = (pressed * 0.5 * scene.particles.mean_diameter / step) as u64;
         let pressing = Case {
             name: "pressing".to_owned(),
             model: Model::of(&scene),
@@ -336,12 +338,20 @@ impl Bed {
     /// in loading.
     pub fn excerpts(&self) -> Result<Vec<Excerpt>, NativeError> {
         let mut rough = self.scene.clone();
-        rough.material.friction_angle = 0.5;
-        rough.material.stiffness_ratio = 0.3;
-        let mut staged = rough.clone();
+        let mut staged = match self.scene.in_space() {
+            true => {
+                rough.contact.rolling = Some(ROLLING);
+                self.scene.clone()
+            }
+            false => {
+                rough.material.friction_angle = 0.5;
+                rough.material.stiffness_ratio = 0.3;
+                rough.clone()
+            }
+        };
         staged.loading.material = Some(Material {
             friction_angle: 0.2,
-            stiffness_ratio: 0.6,
+            stiffness_ratio: 2.0 * staged.material.stiffness_ratio,
             youngs_modulus: 0.7 * staged.material.youngs_modulus,
             ..staged.material.clone()
         });
@@ -354,6 +364,9 @@ impl Bed {
             let state = self.states.iter().find(|state| state.0 == start);
             let mut bodies = state.expect("every bed has it").1.clone();
             can_turn(scene, &mut bodies);
+            if !rotates(scene) {
+                bodies.do_not_turn();
+            }
             grains::task::Start {
                 stage,
                 ..bodies.into()
@@ -440,8 +453,7 @@ impl Bed {
             let from = rest.bodies.clone().into();
             excerpts.push(Excerpt::into_loading(name, key, &scene, from));
         }
-        let spins = rest.bodies.spin.iter_mut().enumerate();
-        spins.for_each(|(id, own)| *own = 20.0 * SPIN * (1.7 * id as f64).sin());
+        spin(&mut rest.bodies, 20.0 * SPIN);
         rest.stage = Stage::Settle;
         let (name, key) = ("spinning until its rule holds", "excerpt-spins");
         excerpts.extend(Excerpt::until_spins_settle(name, key, &rough, rest)?);
@@ -451,6 +463,12 @@ impl Bed {
             let key = format!("excerpt-drawn-{number}");
             let from = from(Start::Pouring, &scene);
             excerpts.push(Excerpt::into_loading(&name, &key, &scene, from));
+        }
+        if self.scene.in_space() {
+            for excerpt in &mut excerpts {
+                excerpt.start += ", of spheres";
+                excerpt.key += "-in-space";
+            }
         }
         Ok(excerpts)
     }
@@ -519,6 +537,11 @@ impl Bed {
         let mut source = Source::new(b"crossgrain: drawn contact laws  ", number);
         let mut scene = self.scene.clone();
         let material = drawn_material(&mut source, &scene.material);
+        let in_space = scene.in_space();
+        let drawn_contact = match in_space {
+            true => drawn_contact_in_space,
+            false => drawn_contact,
+        };
         let contact = drawn_contact(&mut source);
         let alpha = drawn(&mut source, [0.0, 0.2, 0.6, 0.95]);
         scene.gravity = drawn(&mut source, [1.62, 9.81, 30.0]);
@@ -528,6 +551,10 @@ impl Bed {
         let mut in_loading = drawn_contact(&mut source);
         if contact.rotation == Rotation::Free {
             in_loading.rotation = Rotation::Free;
+        }
+        // Nor what a contact of one kind of springs remembers is for the other one.
+        while in_loading.springs != contact.springs {
+            in_loading = drawn_contact(&mut source);
         }
         scene.loading.contact = Some(in_loading);
         let alpha = drawn(&mut source, [0.0, 0.2, 0.6, 0.95]);
@@ -620,62 +647,6 @@ fn under_the_highest_top(scene: &Scene, bed: &Bodies) -> Option<Scene> {
             .is_some_and(|(a, b)| top(a) > top(b) + least)
     });
     apart.next()
-}
-
-/// One of these.
-pub(crate) fn drawn<T: Clone, const N: usize>(source: &mut Source, choices: [T; N]) -> T {
-    choices[source.below(N)].clone()
-}
-
-fn drawn_material(source: &mut Source, material: &Material) -> Material {
-    let aside = [None, None, Some(0.0), Some(0.3), Some(1.1)];
-    Material {
-        youngs_modulus: material.youngs_modulus * drawn(source, [0.5, 1.0]),
-        friction_angle: drawn(source, ANGLES),
-        wall_friction_angle: drawn(source, aside),
-        punch_friction_angle: drawn(source, aside),
-        stiffness_ratio: drawn(source, RATIOS),
-        ..material.clone()
-    }
-}
-
-fn drawn_contact(source: &mut Source) -> ContactLaw {
-    let tension = drawn(source, [Tension::Clipped, Tension::Unclipped]);
-    let e_n = drawn(source, RESTITUTIONS);
-    let c_n = drawn(source, [100.0, 900.0]);
-    ContactLaw {
-        rotation: drawn(
-            source,
-            [
-                Rotation::Free,
-                Rotation::Free,
-                Rotation::Free,
-                Rotation::Blocked,
-            ],
-        ),
-        viscosity: drawn(
-            source,
-            [
-                Viscosity::None,
-                Viscosity::None,
-                Viscosity::Dashpot { c_n, tension },
-                Viscosity::Restitution { e_n, tension },
-            ],
-        ),
-        slip_velocity: drawn(
-            source,
-            [
-                SlipVelocity::RatchetingCorrected,
-                SlipVelocity::ContactPoint,
-            ],
-        ),
-        torque_arms: drawn(source, [TorqueArms::HalfOverlap, TorqueArms::ContactPoint]),
-        new_contact_slip: drawn(
-            source,
-            [NewContactSlip::WholeStep, NewContactSlip::SinceTouch],
-        ),
-        ..ContactLaw::default()
-    }
 }
 
 /// The state before the one with the largest kinetic energy.
