@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::checks::{Check, Outcome};
+use crate::document::table::rounded;
 use crate::document::{Document, Section, Table};
 use crate::engine::{Description, Engine, EngineError, Part, ProgramError};
 use crate::files::work_folder;
@@ -12,9 +13,9 @@ use grains::tables::Snapshot;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::causes::Cause;
-use verdict::drawn::{ANGLES, RATIOS, RESTITUTIONS};
 use verdict::envelope::{FACTOR, Farthest, REPLICAS};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
+use verdict::exercise::Range;
 use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
 use verdict::invariance;
@@ -113,6 +114,9 @@ pub fn first_steps(
         };
     let [usual, small] = &beds.made;
     let mut found = from(usual, Some(beds.grains))?;
+    if engine.describe()?.has(Part::SpaceAlone) {
+        found.not_asked.clear();
+    }
     // What it lacks it lacks in a small bed too.
     let refused = found.starts.iter().all(|start| start.skipped.is_some());
     if refused && !found.starts.is_empty() && beds.grains > SMALL {
@@ -395,17 +399,37 @@ fn in_a_sentence(cause: &Cause) -> String {
 pub fn answer(judgement: &Judgement) -> String {
     let later = match judgement.verdict() {
         Verdict::Identical | Verdict::EqualToRounding => format!(
-            " What begins after step {STEPS_OF_EXCERPT} of a job, in larger beds, with a grain's centre inside the punch, with φ above {} rad, \
-             k_s/k_n outside {} to {} or e_n outside {} to {} would not have been seen here.",
-            ANGLES[ANGLES.len() - 1],
-            RATIOS[0],
-            RATIOS[RATIOS.len() - 1],
-            RESTITUTIONS[0],
-            RESTITUTIONS[RESTITUTIONS.len() - 1]
+            " What begins after step {STEPS_OF_EXCERPT} of a job, in larger beds or with a grain's centre inside the punch would not have \
+             been seen here, nor what begins outside these ranges: {}.",
+            ranges_in_words(&judgement.ranges)
         ),
         _ => String::new(),
     };
     from_states(judgement) + &later
+}
+
+/// From where to where each constant and quantity goes, first in the plane, then in space.
+fn ranges_in_words(ranges: &[Range]) -> String {
+    let one = |range: &Range| {
+        let unit = if range.unit.is_empty() { "" } else { " " };
+        let [least, most] = [range.least, range.most].map(|value| rounded(value, 3));
+        let from_to = match range.least {
+            value if value == range.most => most,
+            value if (0.0..1.0e-3 * range.most).contains(&value) => format!("up to {most}"),
+            _ => format!("{least} to {most}"),
+        };
+        format!("{} {from_to}{unit}{}", range.what, range.unit)
+    };
+    let of = |in_space: bool| -> Vec<String> {
+        let there = ranges.iter().filter(|range| range.in_space == in_space);
+        there.map(one).collect()
+    };
+    let parts = [("in the plane", of(false)), ("in space", of(true))];
+    let parts = parts.into_iter().filter(|(_, ranges)| !ranges.is_empty());
+    let parts: Vec<String> = parts
+        .map(|(place, ranges)| format!("{place} {}", ranges.join(", ")))
+        .collect();
+    parts.join("; ")
 }
 
 /// The same of the states alone.

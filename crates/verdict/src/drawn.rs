@@ -106,22 +106,26 @@ pub(crate) fn drawn_contact_in_space(source: &mut Source) -> ContactLaw {
         ..ContactLaw::default()
     };
     let rolling = Rolling {
-        limit: drawn(source, [None, ROLLING.limit]),
-        ..ROLLING
+        bending_stiffness: ROLLING.bending_stiffness * drawn(source, [0.1, 1.0, 3.0]),
+        twisting_stiffness: ROLLING.twisting_stiffness * drawn(source, [0.1, 1.0, 3.0]),
+        limit: drawn(source, [None, Some(0.0), Some(0.03), Some(0.5)]),
     };
     contact.rolling = drawn(source, [None, Some(rolling)]);
     if contact.springs == Springs::Linear {
-        let dashpot = Viscosity::Dashpot { c_n: 1.5, tension };
+        let c_n = drawn(source, [0.3, 1.5]);
+        let dashpot = Viscosity::Dashpot { c_n, tension };
         contact.viscosity = drawn(source, [Viscosity::None, dashpot, restitution]);
         return contact;
     }
-    let ratio = Viscosity::Ratio {
-        ratio: 0.2,
-        tension,
-    };
-    contact.viscosity = drawn(source, [Viscosity::None, restitution, ratio]);
-    contact.tangential_viscosity = drawn(source, [None, Some(0.5)]);
-    contact.adhesion = drawn(source, [None, None, Some(ADHESION)]);
+    let ratio = drawn(source, [0.02, 0.2, 0.7]);
+    let ratio = Viscosity::Ratio { ratio, tension };
+    contact.viscosity = drawn(
+        source,
+        [Viscosity::None, restitution.clone(), restitution, ratio],
+    );
+    contact.tangential_viscosity = drawn(source, [None, Some(0.1), Some(0.9)]);
+    let adhesion = ADHESION * drawn(source, [0.1, 1.0, 3.0]);
+    contact.adhesion = drawn(source, [None, Some(adhesion)]);
     contact
 }
 

@@ -194,11 +194,20 @@ impl Excerpt {
             .iter()
             .map(|moment| moment.bodies.kinetic_energy())
             .collect();
-        let falls = looks.windows(2).find(|pair| pair[1] < pair[0]);
-        excerpt.scene.settle.kinetic_energy_fraction =
-            falls.map_or(0.0, |pair| (pair[1] / pair[0]).sqrt());
-        let rises = falls.is_some_and(|pair| (pair[0] * pair[1]).sqrt() > looks[0]);
-        Ok(rises.then_some(excerpt))
+        // The first look with less of the largest energy so far than any before, once energy has risen above that of the first.
+        let (mut largest, mut least) = (looks[0], 1.0f64);
+        let mut share = None;
+        for energy in looks.iter().skip(1) {
+            largest = largest.max(*energy);
+            let of_largest = energy / largest;
+            let others = least.min(energy / looks[0]);
+            if largest > looks[0] && of_largest < others {
+                share = share.or(Some((of_largest * others).sqrt()));
+            }
+            least = least.min(of_largest);
+        }
+        excerpt.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
+        Ok(share.map(|_| excerpt))
     }
 
     /// From a state whose grains spin to a look at which the rule holds by all kinetic energy, and by as few as possible of those that

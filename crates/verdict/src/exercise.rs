@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use grains::rules::Choice;
+use grains::scene::{Springs, Viscosity};
 use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
 use grains::variant::{Form, Key, Variant};
@@ -26,6 +27,125 @@ pub struct Count {
 impl Count {
     pub fn is_enough(&self) -> bool {
         self.found >= self.least
+    }
+}
+
+/// From where to where a constant of the law or a quantity of the motion goes in the judged states; in SI units.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Range {
+    pub what: &'static str,
+    pub unit: &'static str,
+    pub in_space: bool,
+    pub least: f64,
+    pub most: f64,
+}
+
+/// Those of the native runs of these cases: what an engine does beyond them is not known.
+pub fn ranges<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec<Range> {
+    let mut all: Vec<Range> = Vec::new();
+    for (case, run) in runs {
+        let in_space = case.bodies.in_space();
+        let mut see = |what, unit, value: f64| {
+            let same = |range: &&mut Range| range.what == what && range.in_space == in_space;
+            match all.iter_mut().find(same) {
+                Some(range) => {
+                    range.least = range.least.min(value);
+                    range.most = range.most.max(value);
+                }
+                None => all.push(Range {
+                    what,
+                    unit,
+                    in_space,
+                    least: value,
+                    most: value,
+                }),
+            }
+        };
+        constants(case, &mut see);
+        for moment in run {
+            motion(moment, &mut see);
+        }
+    }
+    all
+}
+
+/// What to call a value, its unit, and the value.
+type See<'a> = dyn FnMut(&'static str, &'static str, f64) + 'a;
+
+fn constants(case: &Case, see: &mut See<'_>) {
+    let (model, law) = (&case.model, &case.model.law);
+    let [x, z] = model.gravity;
+    see("gravity", "m/s²", x.hypot(z));
+    see("α", "", model.alpha);
+    let is_hertz = law.contact.springs == Springs::HertzMindlin;
+    for solid in std::iter::once(law.solid(0)).chain(law.materials.iter().copied()) {
+        see("E", "Pa", solid.modulus);
+        if is_hertz {
+            see("ν", "", solid.poissons_ratio);
+        }
+    }
+    if law.has_friction() {
+        for angle in law.friction_angles() {
+            see("φ", "rad", angle);
+        }
+        if !is_hertz {
+            see("k_s/k_n", "", law.stiffness_ratio);
+        }
+    }
+    match law.contact.viscosity {
+        Viscosity::None => {}
+        Viscosity::Dashpot { c_n, .. } => see("c_n", "N·s/m", c_n),
+        Viscosity::Restitution { e_n, .. } => see("e_n", "", e_n),
+        Viscosity::Ratio { ratio, .. } => see("the dashpots' ratio", "", ratio),
+    }
+    let mut see_some = |what, unit, value: Option<f64>| {
+        value.into_iter().for_each(|value| see(what, unit, value));
+    };
+    see_some("tangential dashpots", "", law.contact.tangential_viscosity);
+    see_some("γ", "J/m²", law.contact.adhesion);
+    if let Some(rolling) = law.contact.rolling {
+        see_some("bending stiffness", "N·m", Some(rolling.bending_stiffness));
+        see_some(
+            "twisting stiffness",
+            "N·m",
+            Some(rolling.twisting_stiffness),
+        );
+        see_some("the limit of moments", "", rolling.limit);
+    }
+}
+
+fn motion(moment: &Snapshot, see: &mut See<'_>) {
+    let bodies = &moment.bodies;
+    let size = |columns: [&[f64]; 3], id: usize| {
+        let parts = columns.map(|column| column.get(id).copied().unwrap_or(0.0));
+        parts.iter().map(|part| part * part).sum::<f64>().sqrt()
+    };
+    let mut touching = vec![0.0f64; bodies.len()];
+    for contact in &moment.contacts {
+        let ids = [contact.id1, contact.id2].map(|id| id as usize);
+        let radii = ids.map(|id| bodies.radius.get(id).copied().unwrap_or(f64::INFINITY));
+        see("overlaps", "R", contact.overlap / radii[0].min(radii[1]));
+        for id in ids {
+            touching
+                .get_mut(id)
+                .into_iter()
+                .for_each(|count| *count += 1.0);
+        }
+    }
+    for (id, touching) in touching.into_iter().enumerate() {
+        see("contacts of a grain", "", touching);
+        see(
+            "speeds",
+            "m/s",
+            size([&bodies.vx, &bodies.vz, &bodies.vy], id),
+        );
+        if bodies.rotate() {
+            let spins = [&bodies.spin[..], &bodies.spin_x, &bodies.spin_z];
+            see("spins", "rad/s", size(spins, id));
+        }
+    }
+    for place in [&bodies.x, &bodies.z, &bodies.y].into_iter().flatten() {
+        see("coordinates", "m", *place);
     }
 }
 

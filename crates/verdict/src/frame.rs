@@ -52,10 +52,10 @@ impl Frame {
         }
     }
 
-    /// So far to the right, m.
-    pub fn shifted(way: f64) -> Self {
+    /// So far to the right, back and up, m.
+    pub fn shifted(shift: [f64; 3]) -> Self {
         Frame {
-            shift: [way, 0.0, 0.0],
+            shift,
             ..Frame::HERE
         }
     }
@@ -192,7 +192,7 @@ impl Frame {
         Punch {
             centre: [x, z],
             half_extents: punch.half_extents.map(|half| half * length),
-            start: punch.start * length,
+            start: (punch.start + self.shift[2]) * length,
             velocity: punch.velocity * length / time,
             force: punch.force * self.force(),
         }

@@ -149,10 +149,10 @@ pub const RELATIONS: [Relation; 13] = [
     },
     Relation {
         key: "shifted",
-        name: "shifted to the side",
+        name: "shifted to the side and up",
         there: |known| vec![shifted(known).case(&known.state.case)],
         back: |known, runs| told_here(&shifted(known), &runs),
-        holds: Holds::Rounding(2.0),
+        holds: Holds::Rounding(2.5),
         unless: None,
         breaks: "a wall or a cell grid that is taken to begin at zero, or a tolerance that is a share of a coordinate",
     },
@@ -297,7 +297,8 @@ impl<'a> Itself<'a> {
             let pours = state.start == Start::Pouring.name();
             let is_pressed = state.start == Start::UnderPunch.name()
                 && PRESSED_LAWS.contains(&state.law.as_str());
-            !state.drawn && (pours || is_pressed) && lacks(&state.case).is_none()
+            let moves_along = state.case.model.obstacles.is_empty();
+            !state.drawn && (pours || is_pressed) && moves_along && lacks(&state.case).is_none()
         };
         let mut states: Vec<State> = states.into_iter().filter(is_asked).collect();
         let (mut resolution, mut replicas) = (Resolution::DOUBLE, REPLICAS);
@@ -636,7 +637,10 @@ fn renumbered(known: &Known) -> Frame {
 }
 
 fn shifted(known: &Known) -> Frame {
-    Frame::shifted(0.37 * reach(&known.state.case.bodies))
+    let case = &known.state.case;
+    let across = f64::from(u8::from(case.bodies.in_space()));
+    let way = [0.37, -1.3 * across, 0.71];
+    Frame::shifted(way.map(|share| share * reach(&case.bodies)))
 }
 
 /// Shorter metres: an engine that counts from a corner of its own rounds what is small there.
@@ -692,7 +696,7 @@ fn doubled(known: &Known) -> Vec<Case> {
     if both.punch.is_some() {
         return Vec::new();
     }
-    let copy = Frame::shifted(far(known)).case(&both);
+    let copy = Frame::shifted([far(known), 0.0, 0.0]).case(&both);
     let mut copied = copy.bodies;
     for (all, more) in columns(&mut both.bodies)
         .into_iter()
@@ -713,7 +717,7 @@ fn one_by_one(known: &Known, runs: Vec<Run>) -> Vec<Run> {
     let (grains, walls) = (case.bodies.len(), case.model.walls.len());
     let is_upright = |wall: &usize| case.model.walls[*wall].axis == Axis::X;
     let upright: Vec<usize> = (0..walls).filter(is_upright).collect();
-    let frames = [Frame::HERE, Frame::shifted(far(known))];
+    let frames = [Frame::HERE, Frame::shifted([far(known), 0.0, 0.0])];
     let mut alone = Vec::new();
     for (which, frame) in frames.iter().enumerate() {
         let first = which * grains;

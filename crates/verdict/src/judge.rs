@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::causes::{Cause, causes};
 use crate::envelope::{self, Envelope, Farthest, Resolution};
 use crate::excerpt::Excerpt;
-use crate::exercise::{self, Count};
+use crate::exercise::{self, Count, Range};
 use crate::starts::{Bed, LARGE_STATE, State};
 use crate::{Answer, Engine, conditions};
 
@@ -150,6 +150,8 @@ pub struct Judgement {
     pub limits: Vec<Limit>,
     /// What touched and slid in the states that were looked at.
     pub counts: Vec<Count>,
+    /// From where to where constants and motion go in them.
+    pub ranges: Vec<Range>,
     /// Constants and keys that change nothing in any of these states, so that nothing is known of them.
     pub unseen: Vec<String>,
     /// For each law that shows something else than the ones before.
@@ -196,6 +198,7 @@ impl Judgement {
         self.limits
             .sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
         self.counts.extend(space.counts);
+        self.ranges.extend(space.ranges);
         self.unseen.extend(space.unseen);
         for rule in space.declared {
             match self
@@ -501,6 +504,7 @@ impl Reference {
             not_asked,
             limits: Vec::new(),
             counts: Vec::new(),
+            ranges: Vec::new(),
             unseen: Vec::new(),
             causes: Vec::new(),
             condition: None,
@@ -560,6 +564,7 @@ impl Reference {
         judgement.declared = self.declared(&all);
         judgement.limits = limits(&all);
         judgement.counts = exercise::counts(all.iter().map(Answered::run));
+        judgement.ranges = exercise::ranges(all.iter().map(Answered::run));
         if judgement.of_states() != Verdict::Different {
             progress("what would not have been seen");
             judgement.unseen = self.unseen(looked_at, &all);

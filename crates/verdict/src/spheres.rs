@@ -5,6 +5,7 @@
 use evidence::random::Source;
 use grains::model::{Axis, Law, Model, Solid, Wall};
 use grains::native::NativeError;
+use grains::obstacle::{Obstacle, Surface};
 use grains::scene::{ContactLaw, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, parse_scene};
 use grains::tables::{Bodies, Punch};
 use grains::task::Case;
@@ -19,15 +20,21 @@ const PRESSED: f64 = 1.5;
 /// The largest speed of spins that grains are given, rad/s.
 const SPIN: f64 = 40.0;
 /// States of drawn laws.
-const DRAWN: u64 = 20;
+const DRAWN: u64 = 48;
 /// How many times as fast grains are in some states.
 const FASTER: f64 = 3.0;
-/// What grains of material 1 and 2 are made of.
+/// What grains of other materials are made of.
 const SOFTER: Solid = Solid {
     modulus: 0.8e7,
     stiffness_ratio: 0.7,
     poissons_ratio: 0.2,
     friction_angle: 0.3,
+};
+const BRITTLE: Solid = Solid {
+    modulus: 2.5e7,
+    stiffness_ratio: 0.5,
+    poissons_ratio: 0.0,
+    friction_angle: 0.1,
 };
 const STIFFER: Solid = Solid {
     modulus: 5.0e7,
@@ -47,7 +54,7 @@ type Change = fn(&mut Model, &mut Bodies);
 const HERTZ: usize = 3;
 const DASHPOTS: usize = 6;
 
-const LAWS: [(&str, Change); 11] = [
+const LAWS: [(&str, Change); 14] = [
     ("linear springs in space", |model, _| {
         model.law.contact = ContactLaw::default();
         model.law.friction_angle = 0.0;
@@ -104,19 +111,84 @@ const LAWS: [(&str, Change); 11] = [
         model.law.contact.adhesion = Some(ADHESION);
         model.law.contact.viscosity = Viscosity::None;
     }),
-    ("Hertz–Mindlin of three materials", |model, bodies| {
-        three_materials(model, bodies);
+    ("Hertz–Mindlin of four materials", |model, bodies| {
+        materials(model, bodies, &[SOFTER, STIFFER, BRITTLE]);
+    }),
+    ("Hertz–Mindlin on planes", |model, _| {
+        let normal = [0.6 * TILT, 0.8 * TILT, (1.0 - TILT * TILT).sqrt()];
+        let point = [0.0, 0.0, hair(model)];
+        floor_of(model, vec![Surface::Plane { point, normal }]);
+    }),
+    ("Hertz–Mindlin on triangles", |model, _| {
+        let triangles = uneven(model);
+        floor_of(model, triangles);
+    }),
+    ("Hertz–Mindlin on boxes", |model, _| {
+        let [width, depth] = extent(model);
+        let top = hair(model);
+        let of = |centre: [f64; 2], angle: f64| Surface::Box {
+            centre: [centre[0] * width, centre[1] * depth, top - 0.5 * width],
+            half_extents: [0.3 * width, 0.2 * depth, 0.5 * width],
+            orientation: [(0.5 * angle).cos(), 0.0, 0.0, (0.5 * angle).sin()],
+        };
+        floor_of(model, vec![of([0.35, 0.3], 0.0), of([0.7, 0.75], 0.5)]);
     }),
 ];
+
+/// How far obstacles stand into the grains that lie on the floor, over the width of the box; and how much a plane is tilted.
+const HAIR: f64 = 1.0e-4;
+const TILT: f64 = 1.0e-3;
+/// Triangles along a side of the box.
+const ALONG: usize = 6;
+
+/// Inner width and depth of the box, m.
+fn extent(model: &Model) -> [f64; 2] {
+    [Axis::X, Axis::Y].map(|axis| {
+        let along = model.walls.iter().filter(|wall| wall.axis == axis);
+        along.fold(0.0, |far, wall| wall.place.max(far))
+    })
+}
+
+fn hair(model: &Model) -> f64 {
+    HAIR * extent(model)[0]
+}
+
+/// With obstacles besides the floor, which the grains on it touch too.
+fn floor_of(model: &mut Model, shapes: Vec<Surface>) {
+    let at_rest = |shape| Obstacle {
+        shape,
+        velocity: [0.0; 3],
+        spin: [0.0; 3],
+    };
+    model.obstacles = shapes.into_iter().map(at_rest).collect();
+}
+
+/// Triangles up and down by a hair, so that faces, edges and corners are touched.
+fn uneven(model: &Model) -> Vec<Surface> {
+    let [width, depth] = extent(model);
+    let vertex = |column: usize, row: usize| {
+        let [x, y] = [column, row].map(|at| at as f64 / ALONG as f64);
+        let height = hair(model) * (2.0 + ((5 * column + 3 * row) as f64).sin());
+        [x * width, y * depth, height]
+    };
+    let cell = |at: usize| {
+        let (column, row) = (at % ALONG, at / ALONG);
+        let corner = |right: usize, back: usize| vertex(column + right, row + back);
+        let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
+        [[a, b, c], [d, b, c]].map(|vertices| Surface::Triangle { vertices })
+    };
+    (0..ALONG * ALONG).flat_map(cell).collect()
+}
 
 fn linear(law: &mut Law) {
     law.contact = ContactLaw::default();
     law.stiffness_ratio = 0.3;
 }
 
-fn three_materials(model: &mut Model, bodies: &mut Bodies) {
-    model.law.materials = vec![SOFTER, STIFFER];
-    bodies.material = (0..bodies.len() as u32).map(|id| id % 3).collect();
+fn materials(model: &mut Model, bodies: &mut Bodies, others: &[Solid]) {
+    model.law.materials = others.to_vec();
+    let kinds = others.len() as u32 + 1;
+    bodies.material = (0..bodies.len() as u32).map(|id| id % kinds).collect();
 }
 
 /// Gravity, damping, step, walls, masses and moments of inertia that are not those of the bed.
@@ -241,18 +313,19 @@ fn drawn_state(bed: &Bed, number: u64) -> Option<State> {
     all.for_each(|velocity| *velocity *= faster);
     let mut model = Model::of(&bed.scene);
     model.gravity = drawn(source, [[0.0, -1.62], [0.0, -9.81], [2.0, -9.0]]);
-    model.alpha = drawn(source, [0.0, 0.2, 0.6]);
-    if drawn(source, [false, false, true]) {
-        three_materials(&mut model, &mut bodies);
-    }
+    model.alpha = drawn(source, [0.0, 0.2, 0.6, 0.95]);
+    let others: [&[Solid]; 4] = [&[], &[], &[SOFTER], &[SOFTER, STIFFER, BRITTLE]];
+    materials(&mut model, &mut bodies, drawn(source, others));
     let aside = [None, None, Some(0.0), Some(0.3), Some(1.1)];
     let law = &mut model.law;
-    law.modulus *= drawn(source, [0.5, 1.0]);
+    let stiffer: f64 = drawn(source, [0.2, 1.0, 10.0]);
+    law.modulus *= stiffer;
+    model.dt /= stiffer.max(1.0).sqrt();
     law.friction_angle = drawn(source, ANGLES);
     law.wall_friction_angle = drawn(source, aside);
     law.punch_friction_angle = drawn(source, aside);
     law.stiffness_ratio = drawn(source, RATIOS);
-    law.poissons_ratio = Some(drawn(source, [0.0, 0.3, 0.45]));
+    law.poissons_ratio = Some(drawn(source, [0.0, 0.3, 0.49]));
     law.contact = drawn_contact_in_space(source);
     let (law, key) = (
         format!("drawn law {number} in space"),
