@@ -251,7 +251,7 @@ impl Arguments {
         let (bed, asked_for) = (found.first_steps.as_ref(), self.grains);
         if let Some(bed) = bed
             .map(|steps| steps.grains)
-            .filter(|bed| *bed < asked_for as usize && self.scene.is_none())
+            .filter(|bed| (1..asked_for as usize).contains(bed) && self.scene.is_none())
         {
             made +=
                 &format!(" The engine refused a bed of {asked_for} grains and was given {bed}.");

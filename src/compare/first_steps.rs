@@ -321,12 +321,8 @@ fn touched(judgement: &Judgement) -> String {
         .filter(|state| state.farthest.is_some())
         .count();
     let grains = beds_in_words(judgement);
-    let unseen = match judgement.unseen.is_empty() {
-        true => String::new(),
-        false => format!("; of {} they say nothing", judgement.unseen.join(", ")),
-    };
     format!(
-        "{states} states of {grains} with radii up to {:.2} times the smallest, at most {} at once{unseen}",
+        "{states} states of {grains} with radii up to {:.2} times the smallest, at most {} at once",
         judgement.radii,
         counts.join(", ")
     )
@@ -399,7 +395,7 @@ fn in_a_sentence(cause: &Cause) -> String {
 pub fn answer(judgement: &Judgement) -> String {
     let later = match judgement.verdict() {
         Verdict::Identical | Verdict::EqualToRounding => format!(
-            " What begins after step {STEPS_OF_EXCERPT} of a job, in larger beds or with a grain's centre inside the punch would not have \
+            " What begins after step 100 of a list of grains or {STEPS_OF_EXCERPT} of a scene's job, in larger beds or with a grain's centre inside the punch would not have \
              been seen here, nor what begins outside these ranges: {}.",
             ranges_in_words(&judgement.ranges)
         ),
@@ -463,7 +459,7 @@ fn said_of_states(judgement: &Judgement) -> String {
     let unseen = match judgement.unseen.is_empty() {
         true => String::new(),
         false => format!(
-            " (nothing is said of {}, which change nothing in these states)",
+            " (nothing is said of what changes nothing in these states: {})",
             judgement.unseen.join(", ")
         ),
     };

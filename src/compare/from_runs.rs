@@ -221,7 +221,8 @@ pub fn stretches(run: &RunFolder, id: &str, measured: Option<Resolution>) -> Opt
         let why = "none of its steps: rounding grows too far between its moments (a scene with a smaller measurement.history_every has more), \
                    or it is too large";
         let is_other = matches!(run.record.engine, EngineRecord::Exec { .. });
-        return is_other.then(|| Check::of_words(id, &what, Outcome::Skipped, why));
+        let nothing = || Check::of_words(id, &what, Outcome::Skipped, why).required();
+        return is_other.then(nothing);
     }
     let left = |resolution: Resolution| all.iter().find(|stretch| !stretch.is_rounding(resolution));
     let in_words = |stretch: &Continued| {

@@ -146,6 +146,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(table_spins)         /* spins about x and z exchanged */                                                         \
     X(table_velocity)      /* y is written as it was a step ago */                                                     \
     X(museum)              /* what a real code had: a number of museum.json */                                         \
+    X(plane_refused)       /* 1: what is in the plane is refused, though it is a part */                               \
     X(parts)               /* declared, with any fault, are 1: those of the plane alone; 2: space without the plane */
 
 static struct {
@@ -1356,6 +1357,12 @@ static long run(const char *folder)
     read_punch(given(job, "punch"));
     folder_of_tables = folder;
     lines = opened(folder, "moments.jsonl", "w");
+    if (fault.plane_refused && !in_space) {
+        fprintf(lines, "{\"refused\": \"no plane here\"}\n");
+        fclose(lines);
+        free(job);
+        return 0;
+    }
 #ifndef TABLES
     tables = opened(folder, "tables.bin", "wb");
 #endif

@@ -174,9 +174,9 @@ rules! {
     }
     spring_turn: SpringTurn, Friction,
         "how the tangential spring turns with the normal" {
-        FirstOrder "first_order": "S − S × (n_old × n)", "YADE";
-        KeepsLength "keeps_length": "onto the new tangent with its length", "LAMMPS";
-        Projected "projected": "S − (S·n) n", "LIGGGHTS";
+        FirstOrder "first_order": "S′ = S − S × (n_old × n), then S′ − S′ × ½Δt (n_old · (ω₁ + ω₂)) n_old", "YADE";
+        KeepsLength "keeps_length": "S − (S·n) n, as long as S was; not about n", "LAMMPS";
+        Projected "projected": "S − (S·n) n; not about n", "LIGGGHTS";
         NotTurned "not_turned": "S", "";
     }
     slip_added: SlipAdded, Friction,
@@ -199,8 +199,8 @@ rules! {
     }
     limit_from: LimitFrom, DashpotsAndFriction,
         "the normal force that Coulomb's limit is taken from" {
-        WholeForce "whole_force": "μ|N|, spring and dashpot", "YADE";
-        Spring "spring": "μ k_n u", "";
+        WholeForce "whole_force": "μ|N|, spring and dashpot; μ(|N| + A) with adhesion", "YADE";
+        Spring "spring": "μ times the springs' force alone, k_n u; adhesion adds nothing", "";
     }
     tension: TensionRule, Dashpots,
         "whether a dashpot may pull" {

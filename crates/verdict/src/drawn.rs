@@ -78,9 +78,13 @@ pub(crate) fn drawn_contact(source: &mut Source) -> ContactLaw {
     }
 }
 
-/// In space.
-pub(crate) fn drawn_contact_in_space(source: &mut Source) -> ContactLaw {
-    let tension = drawn(source, [Tension::Clipped, Tension::Unclipped]);
+/// Kinds of springs, of dashpots and of what these may pull, together.
+pub(crate) const COMBINATIONS: usize = 3 * 2 * 2;
+
+/// In space, with one of the combinations of these; all else is drawn.
+pub(crate) fn contact_in_space(source: &mut Source, combination: usize) -> ContactLaw {
+    let tension = [Tension::Clipped, Tension::Unclipped][combination / 3 % 2];
+    let springs = [Springs::HertzMindlin, Springs::Linear][combination / 6 % 2];
     let e_n = drawn(source, RESTITUTIONS);
     let restitution = Viscosity::Restitution { e_n, tension };
     let free = [Rotation::Free, Rotation::Free, Rotation::Blocked];
@@ -95,34 +99,24 @@ pub(crate) fn drawn_contact_in_space(source: &mut Source) -> ContactLaw {
         slip_velocity: drawn(source, slip),
         torque_arms: drawn(source, arms),
         new_contact_slip: drawn(source, new),
-        springs: drawn(
-            source,
-            [
-                Springs::HertzMindlin,
-                Springs::HertzMindlin,
-                Springs::Linear,
-            ],
-        ),
+        springs,
         ..ContactLaw::default()
     };
     let rolling = Rolling {
         bending_stiffness: ROLLING.bending_stiffness * drawn(source, [0.1, 1.0, 3.0]),
         twisting_stiffness: ROLLING.twisting_stiffness * drawn(source, [0.1, 1.0, 3.0]),
-        limit: drawn(source, [None, Some(0.0), Some(0.03), Some(0.5)]),
+        limit: drawn(source, [None, Some(0.03), ROLLING.limit, Some(0.5)]),
     };
     contact.rolling = drawn(source, [None, Some(rolling)]);
     if contact.springs == Springs::Linear {
         let c_n = drawn(source, [0.3, 1.5]);
         let dashpot = Viscosity::Dashpot { c_n, tension };
-        contact.viscosity = drawn(source, [Viscosity::None, dashpot, restitution]);
+        contact.viscosity = [dashpot, restitution, Viscosity::None][combination % 3].clone();
         return contact;
     }
     let ratio = drawn(source, [0.02, 0.2, 0.7]);
     let ratio = Viscosity::Ratio { ratio, tension };
-    contact.viscosity = drawn(
-        source,
-        [Viscosity::None, restitution.clone(), restitution, ratio],
-    );
+    contact.viscosity = [ratio, restitution, Viscosity::None][combination % 3].clone();
     contact.tangential_viscosity = drawn(source, [None, Some(0.1), Some(0.9)]);
     let adhesion = ADHESION * drawn(source, [0.1, 1.0, 3.0]);
     contact.adhesion = drawn(source, [None, Some(adhesion)]);

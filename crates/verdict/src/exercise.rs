@@ -166,20 +166,36 @@ pub fn counts<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec
         count("sliding contacts", LEAST),
         count("contacts at walls", LEAST),
         count("contacts at the punch", 1),
+        count("contacts at obstacles", LEAST),
     ];
-    let mut asked = [true, false, false, false];
+    let mut asked = [true, false, false, false, false];
     for (case, run) in runs {
         let law = &case.model.law;
         let has_walls = !case.model.walls.is_empty();
-        let has = [true, law.has_friction(), has_walls, case.punch.is_some()];
+        let has_obstacles = !case.model.obstacles.is_empty();
+        let has_punch = case.punch.is_some();
+        let has = [
+            true,
+            law.has_friction(),
+            has_walls,
+            has_punch,
+            has_obstacles,
+        ];
         asked
             .iter_mut()
             .zip(has)
             .for_each(|(asked, has)| *asked |= has);
         for moment in run {
-            let mut found = [0; 4];
+            let mut found = [0; 5];
+            // Their ids follow those of the walls.
+            let obstacles = (case.bodies.len() + case.model.walls.len()) as u32;
+            let obstacles = obstacles..case.ids().punch();
             for contact in &moment.contacts {
-                found[[0, 2, 3][kind_of_pair(case, contact.id1)]] += 1;
+                let kind = match obstacles.contains(&contact.id1) {
+                    true => 4,
+                    false => [0, 2, 3][kind_of_pair(case, contact.id1)],
+                };
+                found[kind] += 1;
                 found[1] += usize::from(slides(case, contact));
             }
             let counts = counts.iter_mut().zip(found);

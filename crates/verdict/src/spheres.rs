@@ -10,7 +10,9 @@ use grains::scene::{ContactLaw, Scene, SlipVelocity, Tension, TorqueArms, Viscos
 use grains::tables::{Bodies, Punch};
 use grains::task::Case;
 
-use crate::drawn::{ADHESION, ANGLES, RATIOS, ROLLING, drawn, drawn_contact_in_space, spin};
+use crate::drawn::{
+    ADHESION, ANGLES, COMBINATIONS, RATIOS, ROLLING, contact_in_space, drawn, spin,
+};
 use crate::invariance::GRAINS;
 use crate::judge::Reference;
 use crate::starts::{Bed, MOMENTS, Start, State};
@@ -326,7 +328,8 @@ fn drawn_state(bed: &Bed, number: u64) -> Option<State> {
     law.punch_friction_angle = drawn(source, aside);
     law.stiffness_ratio = drawn(source, RATIOS);
     law.poissons_ratio = Some(drawn(source, [0.0, 0.3, 0.49]));
-    law.contact = drawn_contact_in_space(source);
+    // Of each combination of springs and dashpots as many pour as are under the punch.
+    law.contact = contact_in_space(source, number as usize / 2 % COMBINATIONS);
     let (law, key) = (
         format!("drawn law {number} in space"),
         format!("space-drawn-{number}"),

@@ -17,7 +17,9 @@ use serde::Serialize;
 use evidence::random::Source;
 
 use crate::contacts::at_a_corner;
-use crate::drawn::{ROLLING, drawn, drawn_contact, drawn_contact_in_space, drawn_material, spin};
+use crate::drawn::{
+    COMBINATIONS, ROLLING, contact_in_space, drawn, drawn_contact, drawn_material, spin,
+};
 use crate::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
@@ -223,6 +225,8 @@ const RISING: u64 = 100;
 /// States and excerpts of drawn laws.
 const DRAWN: u64 = 24;
 const DRAWN_EXCERPTS: u64 = 6;
+/// So that few of them have both kinds of springs and all of dashpots.
+const EXCERPTS_APART: usize = 5;
 /// Time step of drawn laws over √(m/k).
 const STABLE: f64 = 0.2;
 /// How many times as fast grains are in some of them.
@@ -537,24 +541,23 @@ impl Bed {
         let mut source = Source::new(b"crossgrain: drawn contact laws  ", number);
         let mut scene = self.scene.clone();
         let material = drawn_material(&mut source, &scene.material);
-        let in_space = scene.in_space();
-        let drawn_contact = match in_space {
-            true => drawn_contact_in_space,
-            false => drawn_contact,
+        // Loading has the springs of pouring, and other dashpots: what a contact of one kind of springs remembers is not for the other.
+        let combination = EXCERPTS_APART * number as usize % COMBINATIONS;
+        let of_springs = COMBINATIONS / 2;
+        let next = combination / of_springs * of_springs + (combination + 1) % of_springs;
+        let contact_of = |source: &mut Source, combination| match self.scene.in_space() {
+            true => contact_in_space(source, combination),
+            false => drawn_contact(source),
         };
-        let contact = drawn_contact(&mut source);
+        let contact = contact_of(&mut source, combination);
         let alpha = drawn(&mut source, [0.0, 0.2, 0.6, 0.95]);
         scene.gravity = drawn(&mut source, [1.62, 9.81, 30.0]);
         scene.damping = Damping::Cundall { alpha };
         scene.loading.material = Some(drawn_material(&mut source, &material));
         // What spins are for once grains are kept from turning no rule says.
-        let mut in_loading = drawn_contact(&mut source);
+        let mut in_loading = contact_of(&mut source, next);
         if contact.rotation == Rotation::Free {
             in_loading.rotation = Rotation::Free;
-        }
-        // Nor what a contact of one kind of springs remembers is for the other one.
-        while in_loading.springs != contact.springs {
-            in_loading = drawn_contact(&mut source);
         }
         scene.loading.contact = Some(in_loading);
         let alpha = drawn(&mut source, [0.0, 0.2, 0.6, 0.95]);

@@ -338,7 +338,8 @@ impl Reference {
         let twist = times(dot(relative, touch.normal), touch.normal);
         let stiffnesses = [rolling.bending_stiffness, rolling.twisting_stiffness];
         let before = remembered.map_or([NONE; 2], |memory| {
-            [memory.bending, memory.twisting].map(|of| self.turned(memory.normal, of, touch, on))
+            let bending = self.turned(memory.normal, memory.bending, touch, on);
+            [bending, self.turned_along(memory, touch, on)]
         });
         let rates = [minus(relative, twist), twist];
         let [mut bending, twisting] = [0, 1].map(|at| {
@@ -475,6 +476,18 @@ impl Reference {
 
     fn is_linear(&self) -> bool {
         self.constants.law.contact.springs == Springs::Linear
+    }
+
+    /// The twisting moment of the step before, which is along the normal. Rules that take a vector onto the tangent take it onto the normal.
+    fn turned_along(&self, memory: &Memory, touch: &Touch, on: [Motion; 2]) -> Vector {
+        let along = dot(memory.twisting, touch.normal);
+        match self.rules().spring_turn {
+            SpringTurn::KeepsLength => times(hypot(memory.twisting).copysign(along), touch.normal),
+            SpringTurn::Projected => times(along, touch.normal),
+            SpringTurn::FirstOrder | SpringTurn::NotTurned => {
+                self.turned(memory.normal, memory.twisting, touch, on)
+            }
+        }
     }
 
     /// A vector of the step before, turned with the normal and with the spins about it.
