@@ -144,6 +144,13 @@ fn keep(found: &[Figure]) {
         let _ = writeln!(text, "{row},{:?},{:.1}", of.value, of.seconds);
     }
     fs::write(root(RECORD), text).expect("writable");
+    make_page();
+}
+
+fn make_page() {
+    let (page, picture) = page();
+    fs::write(root(PAGE), page).expect("writable");
+    fs::write(root(PICTURE), picture).expect("writable");
 }
 
 /// An installed version of a program, and how a job of it is started in a folder.
@@ -387,11 +394,10 @@ fn every_row_was_seen_and_every_job_has_one() {
 
 #[test]
 fn the_page_of_faults_is_made_of_what_was_seen() {
-    let (page, picture) = page();
     if std::env::var_os("CROSSGRAIN_KEEP").is_some() {
-        fs::write(root(PAGE), &page).expect("writable");
-        fs::write(root(PICTURE), &picture).expect("writable");
+        make_page();
     }
+    let (page, picture) = page();
     assert!(
         page == text_of(root(PAGE)),
         "CROSSGRAIN_KEEP=1 makes {PAGE} anew"
