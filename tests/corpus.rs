@@ -344,6 +344,7 @@ struct Museum {
 #[derive(Deserialize)]
 struct FaultOfACode {
     number: u32,
+    part: Option<String>,
     code: String,
     switch: Option<String>,
     /// By which command.
@@ -351,10 +352,36 @@ struct FaultOfACode {
     found: String,
     /// Words that name it; empty where it is found and not named.
     named: String,
+    /// Words that are right though they do not name it.
+    partly: Option<String>,
+}
+
+/// Of what is said, the sentence with these words, else the first one; shortened.
+fn sentence(said: &str, words: &str) -> String {
+    let sentences = || {
+        said.split_inclusive(". ")
+            .flat_map(str::lines)
+            .map(str::trim)
+    };
+    let of = sentences().find(|of| !words.is_empty() && of.contains(words));
+    let of = of
+        .or_else(|| sentences().find(|of| !of.is_empty()))
+        .unwrap_or_default();
+    match of.char_indices().nth(240) {
+        Some((end, _)) => {
+            of[..end]
+                .rsplit_once(' ')
+                .map_or(of, |(of, _)| of)
+                .to_owned()
+                + " …"
+        }
+        None => of.to_owned(),
+    }
 }
 
 /// Faults of real codes that first steps show, each time every third one, with CROSSGRAIN_ALL=1 all of them; of the others
-/// `tests/corpus/museum.json` says which command finds them.
+/// `tests/corpus/museum.json` says which command finds them. CROSSGRAIN_KEEP=1 writes what finds each, after how many seconds and
+/// with which words, to `reference_data/museum-1.csv`.
 #[test]
 fn faults_that_real_codes_had_are_found() {
     let museum: Museum = serde_json::from_value(json_of(here("museum.json"))).expect("a museum");
@@ -363,10 +390,19 @@ fn faults_that_real_codes_had_are_found() {
     let in_space = verdict::spheres::reference().expect("a bed");
     let planar = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
     let plain = compiled_of("spheres.c", folder, "sound", &["-O2".to_owned()]);
-    let every = if std::env::var_os("CROSSGRAIN_ALL").is_some() {
-        1
-    } else {
-        3
+    let keep = std::env::var_os("CROSSGRAIN_KEEP").is_some();
+    let all = keep || std::env::var_os("CROSSGRAIN_ALL").is_some();
+    let every = if all { 1 } else { 3 };
+    let mut record = csv::Writer::from_writer(Vec::new());
+    record
+        .write_record(["number", "seconds", "says"])
+        .expect("memory");
+    let mut write = |of: &FaultOfACode, seconds: f64, said: &str| {
+        let number = format!("{}{}", of.number, of.part.as_deref().unwrap_or_default());
+        let words = Some(of.named.as_str()).filter(|of| !of.is_empty());
+        let words = words.or(of.partly.as_deref()).unwrap_or_default();
+        let row = [number, format!("{seconds:.1}"), sentence(said, words)];
+        record.write_record(row).expect("memory");
     };
     let is_asked = |of: &&FaultOfACode| {
         of.command.as_deref() == Some("engine check") && of.found == "different"
@@ -376,6 +412,7 @@ fn faults_that_real_codes_had_are_found() {
         let (fault, plain) = (of.switch.as_ref().expect("a switch"), plain.display());
         let script = format!("#!/bin/sh\nFAULT='{fault}' exec '{plain}' \"$@\"\n");
         let options = Options::new(program(folder, format!("{fault}.sh"), &script));
+        let begun = Instant::now();
         let engine = ExternalEngine::ask(options).expect("a description");
         let bed = if fault.contains("parts=2") {
             &in_space
@@ -388,6 +425,9 @@ fn faults_that_real_codes_had_are_found() {
             Err(error) => format!("it failed: {error}"),
         };
         println!("{} {}: {said}", of.number, of.code);
+        if !said.is_empty() {
+            write(of, begun.elapsed().as_secs_f64(), &said);
+        }
         if said.is_empty() {
             missed.push(fault);
         } else if !said.contains(&of.named) {
@@ -395,6 +435,39 @@ fn faults_that_real_codes_had_are_found() {
         }
     }
     println!("not in first steps: {missed:?}; not named: {unnamed:?}");
+    if keep {
+        // What other commands find.
+        let others = museum.faults.iter().filter(|of| {
+            !is_asked(of) || missed.iter().any(|fault| of.switch.as_ref() == Some(fault))
+        });
+        for of in others {
+            let (Some(command), Some(fault)) = (&of.command, &of.switch) else {
+                continue;
+            };
+            let path = folder.join(format!("{fault}.sh"));
+            let script = format!(
+                "#!/bin/sh\nFAULT='{fault}' exec '{}' \"$@\"\n",
+                plain.display()
+            );
+            program(folder, &path, &script);
+            let (verb, more) = command
+                .split_once(" --")
+                .map_or((command.as_str(), String::new()), |(verb, more)| {
+                    (verb, format!(" --{more}"))
+                });
+            let begun = Instant::now();
+            let (code, said, _) = say(folder, &format!("{verb} exec:{}{more}", path.display()));
+            println!("{} {}, {command}, {code}: {said}", of.number, of.code);
+            let last = said
+                .lines()
+                .find_map(|line| line.strip_prefix("DIFFERENT: "));
+            if let Some(last) = last {
+                write(of, begun.elapsed().as_secs_f64(), last);
+            }
+        }
+        let text = record.into_inner().expect("memory");
+        fs::write(root("reference_data/museum-1.csv"), text).expect("writable");
+    }
     // What stands in a program in units of its own shows in other units alone, and what tables do to a run in the relations of an engine
     // with itself.
     let by_relations = ["museum=25,parts=1", "museum=17,parts=1", "museum=8,parts=1"];

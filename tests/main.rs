@@ -84,6 +84,7 @@ mod conformance_table;
 mod exec_adapters;
 mod exec_engine;
 mod fourth_engine;
+mod live_faults;
 mod strangers;
 
 mod yade_driver;

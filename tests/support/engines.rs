@@ -36,6 +36,12 @@ pub fn adapter(name: &str) -> String {
     format!("exec:{}", adapter_path(name).display())
 }
 
+/// Where `ci/install_engines` puts an environment of Python.
+pub fn environment(name: &str) -> PathBuf {
+    let home = std::env::var_os("HOME").expect("a home");
+    Path::new(&home).join(".local/share/crossgrain").join(name)
+}
+
 /// A program of this text in the folder, under any name.
 pub fn program(folder: &Path, name: impl AsRef<Path>, text: &str) -> PathBuf {
     let path = folder.join(name);
