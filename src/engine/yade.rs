@@ -258,6 +258,7 @@ pub fn unsupported(model: &Model) -> Option<String> {
     let contact = &model.law.contact;
     let reason = match contact.viscosity {
         _ if contact.springs == Springs::HertzMindlin => lacking_of_hertz(contact),
+        _ if contact.rolling.is_some() => Some("moments beside linear springs"),
         Viscosity::None => None,
         Viscosity::Ratio { .. } => Some("dashpots by their ratio beside linear springs"),
         Viscosity::Restitution { .. } => Some(
