@@ -55,6 +55,7 @@ pub mod invariance;
 pub mod judge;
 pub mod spheres;
 pub mod starts;
+mod terms;
 
 use grains::tables::Snapshot;
 use grains::task::Case;
