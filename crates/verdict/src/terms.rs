@@ -3,7 +3,7 @@
 //! written besides, so that nothing which came before plays a part; what is left over is laid onto a few terms. Told is only what
 //! explains all of it to rounding.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::in_parallel;
 use grains::reference::{Parts, Reference, Told};
@@ -43,6 +43,11 @@ const NONE: Vector = [0.0; 3];
 /// What a number is made of: in words, how often the model has it, and its value.
 type Term = (&'static str, f64, Vector);
 
+/// Rows of words, how often, and value.
+macro_rules! terms {
+    ($($words:literal, $usual:expr => $value:expr;)*) => { vec![$(($words, $usual, $value)),*] };
+}
+
 /// A number that an engine writes, held against the model's.
 struct Row {
     /// Which run and moment, and the contact or the grain there.
@@ -65,9 +70,7 @@ enum Of {
 }
 
 /// What is held against the model: first comes what others follow from.
-const QUANTITIES: [&str; 18] = [
-    "overlaps",
-    "normals",
+const QUANTITIES: [&str; 16] = [
     "contact points",
     "normal forces",
     "normal forces that the dashpot would make pull",
@@ -85,20 +88,22 @@ const QUANTITIES: [&str; 18] = [
     "normal forces that are cut to nothing",
     "tangential forces beyond Coulomb's limit that are not cut",
 ];
-const NORMAL: usize = 3;
-const NEW_STICKS: usize = 5;
-const NEW_SLIDES: usize = 6;
-const CUT_EARLY: usize = 7;
-const STICKING: usize = 8;
-const SLIDING: usize = 9;
-const STICKING_AGAIN: usize = 10;
-const SLIDING_ON: usize = 11;
-const VELOCITIES: usize = 12;
-const SPINS: usize = 13;
-const PLACES: usize = 14;
-const PUNCH: usize = 15;
-const CUT_AWAY: usize = 16;
-const NOT_CUT: usize = 17;
+const POINTS: usize = 0;
+const NORMAL: usize = 1;
+const PULLED: usize = 2;
+const NEW_STICKS: usize = 3;
+const NEW_SLIDES: usize = 4;
+const CUT_EARLY: usize = 5;
+const STICKING: usize = 6;
+const SLIDING: usize = 7;
+const STICKING_AGAIN: usize = 8;
+const SLIDING_ON: usize = 9;
+const VELOCITIES: usize = 10;
+const SPINS: usize = 11;
+const PLACES: usize = 12;
+const PUNCH: usize = 13;
+const CUT_AWAY: usize = 14;
+const NOT_CUT: usize = 15;
 
 type Rows = BTreeMap<(usize, usize), Vec<Row>>;
 
@@ -130,10 +135,12 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
     let mut told: Vec<String> = Vec::new();
     for quantity in 0..QUANTITIES.len() {
         // What slides goes the way of what sticks, and contacts that go on have all that new ones have.
-        let sticks_otherwise = is_off(NEW_STICKS) || is_off(STICKING);
+        let sticks_otherwise = [NEW_STICKS, STICKING]
+            .into_iter()
+            .any(|of| is_off(of) || is_told(of));
         let follows = match quantity {
             CUT_AWAY => true,
-            of if of == NORMAL + 1 => is_told(NORMAL),
+            PULLED => is_told(NORMAL),
             of if (NEW_STICKS..=SLIDING_ON).contains(&of) && is_told(NORMAL) => true,
             NEW_STICKS => is_told(STICKING),
             CUT_EARLY | STICKING_AGAIN => sticks_otherwise,
@@ -392,58 +399,22 @@ impl<'a> Follower<'a> {
             let one = |number: f64| [number, 0.0, 0.0];
             // Lengths are rounded as places are.
             let length = ROUNDED * r2;
-            let own_u = made.contact.overlap;
+            let (own_u, own_normal) = (made.contact.overlap, made.normal());
             add(
-                0,
-                one(u - own_u),
-                ROUNDED * own_u.abs() + 1.0e-5 * length,
-                vec![
-                    ("the overlap", 1.0, one(own_u)),
-                    ("R of the first", 0.0, one(r1)),
-                    ("R of the second", 0.0, one(r2)),
-                ],
-            );
-            let own_normal = made.normal();
-            add(
-                1,
-                minus(normal, own_normal),
-                ROUNDED,
-                vec![
-                    ("the normal", 1.0, own_normal),
-                    (
-                        "the normal of the step before",
-                        0.0,
-                        was.map_or(NONE, |was| was.normal),
-                    ),
-                ],
-            );
-            add(
-                2,
+                POINTS,
                 minus(row.point(), made.point()),
                 length,
-                vec![
-                    (
-                        "R of the first along the normal",
-                        0.0,
-                        times(r1, own_normal),
-                    ),
-                    (
-                        "R of the second along the normal",
-                        0.0,
-                        times(r2, own_normal),
-                    ),
-                    (
-                        "the overlap along the normal",
-                        0.0,
-                        times(own_u, own_normal),
-                    ),
-                ],
+                terms! {
+                    "R of the first along the normal", 0.0 => times(r1, own_normal);
+                    "R of the second along the normal", 0.0 => times(r2, own_normal);
+                    "the overlap along the normal", 0.0 => times(own_u, own_normal);
+                },
             );
-            let mut of_normal = vec![
-                ("the spring's force", 1.0, one(parts.elastic)),
-                ("the dashpot's force", 1.0, one(parts.viscous)),
-                ("the pull of adhesion", 1.0, one(-parts.pull)),
-            ];
+            let mut of_normal = terms! {
+                "the spring's force", 1.0 => one(parts.elastic);
+                "the dashpot's force", 1.0 => one(parts.viscous);
+                "the pull of adhesion", 1.0 => one(-parts.pull);
+            };
             let [change, elastic, viscous] = was.map_or([0.0; 3], |was| {
                 [
                     parts.c_n * (u - was.overlap) / dt,
@@ -451,27 +422,19 @@ impl<'a> Follower<'a> {
                     was.parts.viscous,
                 ]
             });
-            of_normal.extend([
-                ("c_n·(change of overlap in the step)/Δt", 0.0, one(change)),
-                ("the spring's force of the step before", 0.0, one(elastic)),
-                ("the dashpot's force of the step before", 0.0, one(viscous)),
-            ]);
+            of_normal.extend(terms! {
+                "c_n·(change of overlap in the step)/Δt", 0.0 => one(change);
+                "the spring's force of the step before", 0.0 => one(elastic);
+                "the dashpot's force of the step before", 0.0 => one(viscous);
+            });
             let punch = now
                 .punch
                 .filter(|_| parts.first == Body::Punch)
                 .map_or(0.0, |punch| punch.velocity);
-            of_normal.extend([
-                (
-                    "the size of the dashpot's force",
-                    0.0,
-                    one(parts.viscous.abs()),
-                ),
-                (
-                    "the dashpot's force by the punch's velocity",
-                    1.0,
-                    one(parts.c_n * punch * normal[2]),
-                ),
-            ]);
+            of_normal.extend(terms! {
+                "the size of the dashpot's force", 0.0 => one(parts.viscous.abs());
+                "the dashpot's force by the punch's velocity", 1.0 => one(parts.c_n * punch * normal[2]);
+            });
             let whole = parts.elastic + parts.viscous - parts.pull;
             let is_cut = (parts.normal_force - whole).abs() > ROUNDED * size;
             if is_cut {
@@ -480,7 +443,8 @@ impl<'a> Follower<'a> {
             let gone = fn_told == 0.0 && !is_cut && law.has_dashpots();
             let quantity = match gone {
                 true => CUT_AWAY,
-                false => NORMAL + usize::from(is_cut),
+                false if is_cut => PULLED,
+                false => NORMAL,
             };
             add(
                 quantity,
@@ -573,14 +537,10 @@ impl<'a> Follower<'a> {
                     of: Of::Contact(case.ids().punch(), 0),
                     off: [punch.force - on_punch, 0.0, 0.0],
                     least: ROUNDED * (on_punch.abs() + punch.force.abs() + 1.0e-6 * sizes),
-                    terms: vec![
-                        ("the sum of its contacts' forces", 1.0, [on_punch, 0.0, 0.0]),
-                        (
-                            "the sum of the sizes of all contacts' forces",
-                            0.0,
-                            [sizes, 0.0, 0.0],
-                        ),
-                    ],
+                    terms: terms! {
+                        "the sum of its contacts' forces", 1.0 => [on_punch, 0.0, 0.0];
+                        "the sum of the sizes of all contacts' forces", 0.0 => [sizes, 0.0, 0.0];
+                    },
                     sizes: Vec::new(),
                     between: String::new(),
                 });
@@ -624,35 +584,15 @@ impl<'a> Follower<'a> {
             let growth = (parts.k_s / was.parts.k_s - 1.0) * has(was.parts.k_s > 0.0);
             let whole = plus(parts.kept, plus(parts.turns[0], parts.turns[1]));
             let [force, braking, slip] = parts.turned;
-            of_before = vec![
-                (
-                    "k_s·Δt·slip of the step before",
-                    0.0,
-                    times(1.0 + growth, told.slip),
-                ),
-                ("k_s·Δt·slip of the step before, turned", 0.0, slip),
-                (
-                    "the dashpot's force of the step before, which the spring keeps,",
-                    0.0,
-                    times(has(told.brakes), braking),
-                ),
-                (
-                    "the spring's force of the step before, times the growth of k_s since, as of a spring that keeps a displacement,",
-                    0.0,
-                    times(growth, whole),
-                ),
-                (
-                    "the dashpot's force of the step before, where it slid,",
-                    0.0,
-                    times(has(cut && !told.brakes), braking),
-                ),
-                ("the whole force of the step before", 0.0, force),
-                (
-                    "the force of the step before, not turned",
-                    0.0,
-                    told.tangential,
-                ),
-            ];
+            of_before = terms! {
+                "k_s·Δt·slip of the step before", 0.0 => times(1.0 + growth, told.slip);
+                "k_s·Δt·slip of the step before, turned", 0.0 => slip;
+                "the dashpot's force of the step before, which the spring keeps,", 0.0 => times(has(told.brakes), braking);
+                "the spring's force of the step before, times the growth of k_s since, as of a spring that keeps a displacement,", 0.0 => times(growth, whole);
+                "the dashpot's force of the step before, where it slid,", 0.0 => times(has(cut && !told.brakes), braking);
+                "the whole force of the step before", 0.0 => force;
+                "the force of the step before, not turned", 0.0 => told.tangential;
+            };
         }
         let scale = [size, told, hypot(slip), hypot(braking)]
             .into_iter()
@@ -670,67 +610,23 @@ impl<'a> Follower<'a> {
         let mut terms: Vec<Term>;
         let quantity;
         if size < STICKS * limit && told < STICKS * limit {
-            terms = vec![
-                ("k_s·Δt·slip", parts.share, slip),
-                ("the dashpot's force", has(!none), braking),
-                (
-                    "the spring's force of the step before",
-                    1.0,
-                    plus(parts.kept, plus(parts.turns[0], parts.turns[1])),
-                ),
-                (
-                    "the spring's force of the step before, not turned,",
-                    1.0,
-                    parts.kept,
-                ),
-                (
-                    "the turn of the spring with the normal",
-                    1.0,
-                    parts.turns[0],
-                ),
-                (
-                    "the turn of the spring about the normal",
-                    1.0,
-                    parts.turns[1],
-                ),
-                ("k_s·Δt·slip of the spins", parts.share, spins(&parts.slips)),
-                ("k_s·Δt·slip of the centres", parts.share, parts.slips[0]),
-                (
-                    "the dashpot's force by the spins",
-                    has(!none),
-                    spins(&parts.brakings),
-                ),
-                (
-                    "the dashpot's force by the centres",
-                    has(!none),
-                    parts.brakings[0],
-                ),
-                (
-                    "k_s·Δt·slip of the first one's spin",
-                    parts.share,
-                    parts.slips[1],
-                ),
-                (
-                    "k_s·Δt·slip of the second one's spin",
-                    parts.share,
-                    parts.slips[2],
-                ),
-                (
-                    "k_s·Δt·slip of the punch's velocity",
-                    parts.share,
-                    parts.slip_of_first,
-                ),
-                (
-                    "k_s·Δt·slip of the spins × u/(R₁ + R₂)",
-                    0.0,
-                    times(u_of, spins(&parts.slips)),
-                ),
-                (
-                    "k_s·Δt·slip of the centres × u/(R₁ + R₂)",
-                    0.0,
-                    times(u_of, parts.slips[0]),
-                ),
-            ];
+            terms = terms! {
+                "k_s·Δt·slip", parts.share => slip;
+                "the dashpot's force", has(!none) => braking;
+                "the spring's force of the step before", 1.0 => plus(parts.kept, plus(parts.turns[0], parts.turns[1]));
+                "the spring's force of the step before, not turned,", 1.0 => parts.kept;
+                "the turn of the spring with the normal", 1.0 => parts.turns[0];
+                "the turn of the spring about the normal", 1.0 => parts.turns[1];
+                "k_s·Δt·slip of the spins", parts.share => spins(&parts.slips);
+                "k_s·Δt·slip of the centres", parts.share => parts.slips[0];
+                "the dashpot's force by the spins", has(!none) => spins(&parts.brakings);
+                "the dashpot's force by the centres", has(!none) => parts.brakings[0];
+                "k_s·Δt·slip of the first one's spin", parts.share => parts.slips[1];
+                "k_s·Δt·slip of the second one's spin", parts.share => parts.slips[2];
+                "k_s·Δt·slip of the punch's velocity", parts.share => parts.slip_of_first;
+                "k_s·Δt·slip of the spins × u/(R₁ + R₂)", 0.0 => times(u_of, spins(&parts.slips));
+                "k_s·Δt·slip of the centres × u/(R₁ + R₂)", 0.0 => times(u_of, parts.slips[0]);
+            };
             quantity = match was_cut {
                 _ if begins => NEW_STICKS,
                 true => STICKING_AGAIN,
@@ -743,76 +639,27 @@ impl<'a> Follower<'a> {
                 0.0 => NONE,
                 size => times(limit / size, of),
             };
-            terms = vec![
-                (
-                    "Coulomb's limit along the spring's force",
-                    has(!is_early),
-                    times(limit, way),
-                ),
-                (
-                    "the force of spring and dashpot without a limit",
-                    has(is_early),
-                    plus(trial, times(has(!none), braking)),
-                ),
-                (
-                    "the dashpot's force, also while it slides,",
-                    has(beyond && !is_early),
-                    braking,
-                ),
-                (
-                    "tan φ × the normal spring's force",
-                    0.0,
-                    times(elastic, way),
-                ),
-                (
-                    "tan φ × the normal dashpot's force",
-                    0.0,
-                    times(parts.tangent * parts.viscous, way),
-                ),
-                (
-                    "tan φ × the normal force before its tension is cut",
-                    0.0,
-                    times(
-                        has(limit <= ROUNDED * parts.tangent * parts.elastic.abs())
-                            * parts.tangent
-                            * (parts.elastic + parts.viscous - parts.pull).abs(),
-                        way,
-                    ),
-                ),
-                (
-                    "tan φ × the pull of adhesion",
-                    0.0,
-                    times(parts.tangent * parts.pull, way),
-                ),
-                ("the spring's force without a limit", 0.0, trial),
-                ("Coulomb's limit against the slip", 0.0, along(slip)),
-                (
-                    "Coulomb's limit along spring and dashpot together",
-                    0.0,
-                    along(plus(trial, braking)),
-                ),
-                (
-                    "the spring's force before this step's slip is added",
-                    0.0,
-                    minus(trial, slip),
-                ),
-                ("k_s·Δt·slip", 0.0, slip),
-            ];
+            terms = terms! {
+                "Coulomb's limit along the spring's force", has(!is_early) => times(limit, way);
+                "the force of spring and dashpot without a limit", has(is_early) => plus(trial, times(has(!none), braking));
+                "the dashpot's force, also while it slides,", has(beyond && !is_early) => braking;
+                "tan φ × the normal spring's force", 0.0 => times(elastic, way);
+                "tan φ × the normal dashpot's force", 0.0 => times(parts.tangent * parts.viscous, way);
+                "tan φ × the normal force before its tension is cut", 0.0 => times(has(limit <= ROUNDED * parts.tangent * parts.elastic.abs()) * parts.tangent * (parts.elastic + parts.viscous - parts.pull).abs(), way);
+                "tan φ × the pull of adhesion", 0.0 => times(parts.tangent * parts.pull, way);
+                "the spring's force without a limit", 0.0 => trial;
+                "Coulomb's limit against the slip", 0.0 => along(slip);
+                "Coulomb's limit along spring and dashpot together", 0.0 => along(plus(trial, braking));
+                "the spring's force before this step's slip is added", 0.0 => minus(trial, slip);
+                "k_s·Δt·slip", 0.0 => slip;
+            };
             let (limit_before, old) = before.map_or((0.0, NONE), |(was, (old, _))| {
                 (was.parts.limit, old.tangential)
             });
-            terms.extend([
-                (
-                    "tan φ × the normal force of the step before",
-                    0.0,
-                    times(limit_before, way),
-                ),
-                (
-                    "Coulomb's limit along the force of the step before",
-                    0.0,
-                    along(old),
-                ),
-            ]);
+            terms.extend(terms! {
+                "tan φ × the normal force of the step before", 0.0 => times(limit_before, way);
+                "Coulomb's limit along the force of the step before", 0.0 => along(old);
+            });
             quantity = match is_early {
                 true => CUT_EARLY,
                 // The limit of the engine may be larger.
@@ -898,11 +745,11 @@ impl<'a> Follower<'a> {
                     PLACES,
                     minus(gone, v1),
                     least,
-                    vec![
-                        ("Δt·v after the kick", 1.0, v1),
-                        ("the kick of this step in Δt·v", 1.0, minus(v1, v0)),
-                        ("Δt·v before the kick", 0.0, v0),
-                    ],
+                    terms! {
+                        "Δt·v after the kick", 1.0 => v1;
+                        "the kick of this step in Δt·v", 1.0 => minus(v1, v0);
+                        "Δt·v before the kick", 0.0 => v0;
+                    },
                 );
             }
             // The acceleration before local damping, from the change after it: of both signs the one that it follows from.
@@ -943,52 +790,28 @@ impl<'a> Follower<'a> {
                 .fold(hypot(weight), f64::max);
             let least =
                 ROUNDED * largest + 4.0 * f64::EPSILON * mass * hypot(v1).max(hypot(v0)) / dt;
-            let terms: Vec<Term> = vec![
-                ("all contact forces", 1.0, forces),
-                ("the weight", 1.0, weight),
-                (
-                    "normal forces",
-                    1.0,
-                    sum(&mut load.kinds.iter().map(|kind| kind.forces[0])),
-                ),
-                (
-                    "tangential forces",
-                    1.0,
-                    sum(&mut load.kinds.iter().map(|kind| kind.forces[1])),
-                ),
-                ("forces on the first of a pair", 1.0, of_kind(0)),
-                ("forces on the second of a pair", 1.0, of_kind(1)),
-                ("forces of walls", 1.0, of_kind(2)),
-                ("forces of the punch", 1.0, of_kind(3)),
-                ("tangential forces of walls", 1.0, load.kinds[2].forces[1]),
-                (
-                    "tangential forces of the punch",
-                    1.0,
-                    load.kinds[3].forces[1],
-                ),
-                (
-                    "tangential forces on the first of a pair",
-                    1.0,
-                    load.kinds[0].forces[1],
-                ),
-                (
-                    "tangential forces on the second of a pair",
-                    1.0,
-                    load.kinds[1].forces[1],
-                ),
-                ("the normal dashpots' forces", 1.0, load.dashpots[0]),
-                ("the tangential dashpots' forces", 1.0, load.dashpots[1]),
-                ("local damping", -1.0, damping(acting, signs, &[0, 1, 2])),
-                ("local damping along x", -1.0, damping(acting, signs, &[0])),
-                ("local damping along y", -1.0, damping(acting, signs, &[1])),
-                ("local damping along z", -1.0, damping(acting, signs, &[2])),
-                (
-                    "contact forces of the step before",
-                    0.0,
-                    before.map_or(NONE, |before| before[id].force()),
-                ),
-                ("m·v/Δt", 0.0, times(mass / dt, v0)),
-            ];
+            let terms: Vec<Term> = terms! {
+                "all contact forces", 1.0 => forces;
+                "the weight", 1.0 => weight;
+                "normal forces", 1.0 => sum(&mut load.kinds.iter().map(|kind| kind.forces[0]));
+                "tangential forces", 1.0 => sum(&mut load.kinds.iter().map(|kind| kind.forces[1]));
+                "forces on the first of a pair", 1.0 => of_kind(0);
+                "forces on the second of a pair", 1.0 => of_kind(1);
+                "forces of walls", 1.0 => of_kind(2);
+                "forces of the punch", 1.0 => of_kind(3);
+                "tangential forces of walls", 1.0 => load.kinds[2].forces[1];
+                "tangential forces of the punch", 1.0 => load.kinds[3].forces[1];
+                "tangential forces on the first of a pair", 1.0 => load.kinds[0].forces[1];
+                "tangential forces on the second of a pair", 1.0 => load.kinds[1].forces[1];
+                "the normal dashpots' forces", 1.0 => load.dashpots[0];
+                "the tangential dashpots' forces", 1.0 => load.dashpots[1];
+                "local damping", -1.0 => damping(acting, signs, &[0, 1, 2]);
+                "local damping along x", -1.0 => damping(acting, signs, &[0]);
+                "local damping along y", -1.0 => damping(acting, signs, &[1]);
+                "local damping along z", -1.0 => damping(acting, signs, &[2]);
+                "contact forces of the step before", 0.0 => before.map_or(NONE, |before| before[id].force());
+                "m·v/Δt", 0.0 => times(mass / dt, v0);
+            };
             if gained.iter().all(|of| of.is_finite()) {
                 add(VELOCITIES, minus(gained, acting), least, terms);
             }
@@ -1009,45 +832,25 @@ impl<'a> Follower<'a> {
             let least = ROUNDED * largest.fold(radius * 1.0e-6 * hypot(weight), f64::max)
                 + 4.0 * f64::EPSILON * inertia * hypot(w1).max(hypot(w0)) / dt;
             let of_kind = |kind: usize| load.kinds[kind].torque;
-            let terms: Vec<Term> = vec![
-                ("all torques of forces", 1.0, load.torque()),
-                ("moments against rolling", 1.0, load.moments[0]),
-                ("moments against twisting", 1.0, load.moments[1]),
-                ("torques on the first of a pair", 1.0, of_kind(0)),
-                ("torques on the second of a pair", 1.0, of_kind(1)),
-                ("torques at walls", 1.0, of_kind(2)),
-                ("torques at the punch", 1.0, of_kind(3)),
-                ("the tangential dashpots' torques", 1.0, load.braking),
-                ("the tangential force × u/2, of grains,", 0.0, load.half[0]),
-                ("the tangential force × u/2, at walls,", 0.0, load.half[1]),
-                (
-                    "the tangential force × u/2, at the punch,",
-                    0.0,
-                    load.half[2],
-                ),
-                (
-                    "torques of the step before",
-                    0.0,
-                    before.map_or(NONE, |before| before[id].torque()),
-                ),
-                (
-                    "what the other grain's arm gives it more than its own",
-                    0.0,
-                    load.others[0],
-                ),
-                (
-                    "what the first one's arm gives the second more than its own",
-                    0.0,
-                    load.others[1],
-                ),
-                ("R·(normal force) against the spin", 0.0, load.rolling),
-                (
-                    "local damping of spins",
-                    -1.0,
-                    damping(torque, signs, &[0, 1, 2]),
-                ),
-                ("I·ω/Δt", 0.0, times(inertia / dt, w0)),
-            ];
+            let terms: Vec<Term> = terms! {
+                "all torques of forces", 1.0 => load.torque();
+                "moments against rolling", 1.0 => load.moments[0];
+                "moments against twisting", 1.0 => load.moments[1];
+                "torques on the first of a pair", 1.0 => of_kind(0);
+                "torques on the second of a pair", 1.0 => of_kind(1);
+                "torques at walls", 1.0 => of_kind(2);
+                "torques at the punch", 1.0 => of_kind(3);
+                "the tangential dashpots' torques", 1.0 => load.braking;
+                "the tangential force × u/2, of grains,", 0.0 => load.half[0];
+                "the tangential force × u/2, at walls,", 0.0 => load.half[1];
+                "the tangential force × u/2, at the punch,", 0.0 => load.half[2];
+                "torques of the step before", 0.0 => before.map_or(NONE, |before| before[id].torque());
+                "what the other grain's arm gives it more than its own", 0.0 => load.others[0];
+                "what the first one's arm gives the second more than its own", 0.0 => load.others[1];
+                "R·(normal force) against the spin", 0.0 => load.rolling;
+                "local damping of spins", -1.0 => damping(torque, signs, &[0, 1, 2]);
+                "I·ω/Δt", 0.0 => times(inertia / dt, w0);
+            };
             if gained.iter().all(|of| of.is_finite()) {
                 add(SPINS, minus(gained, torque), least, terms);
             }
@@ -1118,17 +921,25 @@ fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(String, Str
         .copied()
         .collect();
     let all: Vec<&Row> = rows.iter().collect();
-    let said = factor(&both, &all, plainly).or_else(|| search(&both, &all, plainly));
+    let said = of_terms(&both, &all, plainly);
     if said.is_some() || right.is_empty() {
         return said.map(|said| (said, String::new()));
     }
     let some: Vec<&Row> = off.iter().step_by(some(&off)).copied().collect();
-    let said = factor(&some, &off, plainly).or_else(|| search(&some, &off, plainly))?;
+    let said = of_terms(&some, &off, plainly)?;
     Some((said, format!(" ({})", place(rows, &off, runs))))
 }
 
+/// Multiples that a formula has before all others, and after them factors that hang on sizes.
+fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
+    let plain = search(some, all, plainly, true);
+    let by_sizes = || factor(some, all, plainly);
+    let any = || search(some, all, plainly, false);
+    plain.or_else(by_sizes).or_else(any)
+}
+
 /// The fewest terms of which another multiple explains all rows.
-fn search(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
+fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Option<String> {
     let count = some[0].terms.len();
     let most = |term: usize| {
         some.iter()
@@ -1181,7 +992,8 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
                 .count()
         };
         // As many free numbers as rows explain anything.
-        fitted.retain(|more| plainly > 5 * size || plainly > size && ugly(more) == 0);
+        fitted
+            .retain(|more| plainly > 5 * size && !only_plain || plainly > size && ugly(more) == 0);
         fitted.sort_by_key(|more| {
             (
                 ugly(more),
@@ -1312,7 +1124,7 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
             .skip(1)
             .map(|power| (6.0 * power).round() / 6.0)
             .collect();
-        if powers.contains(&0.0) || powers.iter().any(|power| power.abs() > 6.0) {
+        if powers.contains(&0.0) || powers.iter().any(|power| power.abs() > 3.0) {
             return None;
         }
         let sum = |row: &Row| {
@@ -1349,6 +1161,8 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
             }
         })
     });
+    // Two powers and a number besides fit too much.
+    let found = found.filter(|(own, said)| *own == 0 || said.matches('×').count() < 3);
     // A formula has no number of its own, if there is such a one.
     found.min_by_key(|found| found.0).map(|found| found.1)
 }
@@ -1385,11 +1199,9 @@ fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -> String {
         .filter(|(_, off)| *off > 0)
         .all(|(all, off)| all == off);
     if whole {
-        let steps: Vec<String> = moments
-            .iter()
-            .filter(|(_, of)| of.1 > 0)
-            .map(|(at, _)| at.1.to_string())
-            .collect();
+        let steps = moments.iter().filter(|(_, of)| of.1 > 0);
+        let steps: BTreeSet<usize> = steps.map(|(at, _)| at.1).collect();
+        let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
         let more = if steps.len() > 6 { ", …" } else { "" };
         return format!(
             "in step {}{more} alone, and in all of them there",
@@ -1504,7 +1316,11 @@ mod tests {
                 "velocities",
                 "forces on the first of a pair is missing",
             ),
-            (Form::Rule(drift), "places", "the kick of this step in Δt·v is missing"),
+            (
+                Form::Rule(drift),
+                "places",
+                "the kick of this step in Δt·v is missing",
+            ),
         ];
         let states = states();
         for law in ["friction", "linear springs and friction in space"] {
