@@ -30,6 +30,8 @@ const MOST_ROWS: usize = 300;
 const MOST_TERMS: usize = 3;
 /// So many of the best sets of terms are looked at closely.
 const TRIED: usize = 12;
+/// So many grains or contacts are named.
+const FEW: usize = 4;
 /// Contacts stick or slide for certain below and above these shares of Coulomb's limit.
 const STICKS: f64 = 0.5;
 const SLIDES: f64 = 1.05;
@@ -221,6 +223,8 @@ struct Loads {
     /// Torques of the dashpots along the tangent, of what half of the overlap is of the arms, of the other grain's torque in the place of its own.
     braking: Vector,
     half: [Vector; 3],
+    /// Torques of what Coulomb's limit has cut.
+    cut: Vector,
     others: [Vector; 2],
     moments: [Vector; 2],
     /// The normal forces times the radius, against the spin.
@@ -483,6 +487,9 @@ impl<'a> Follower<'a> {
                 if acting != NONE {
                     load.braking = plus(load.braking, parts.braking_torques[side]);
                 }
+                if is_at(hypot(tangential), parts.limit, turned) {
+                    load.cut = plus(load.cut, parts.cut_torques[side]);
+                }
                 let half = &mut load.half[kind];
                 *half = plus(*half, arm(tangential, 0.5 * u));
                 if pairs {
@@ -624,8 +631,8 @@ impl<'a> Follower<'a> {
                 "k_s·Δt·slip of the first one's spin", parts.share => parts.slips[1];
                 "k_s·Δt·slip of the second one's spin", parts.share => parts.slips[2];
                 "k_s·Δt·slip of the punch's velocity", parts.share => parts.slip_of_first;
-                "k_s·Δt·slip of the spins × u/(R₁ + R₂)", 0.0 => times(u_of, spins(&parts.slips));
-                "k_s·Δt·slip of the centres × u/(R₁ + R₂)", 0.0 => times(u_of, parts.slips[0]);
+                "k_s·Δt·slip of the spins, times u/(R₁ + R₂),", 0.0 => times(u_of, spins(&parts.slips));
+                "k_s·Δt·slip of the centres, times u/(R₁ + R₂),", 0.0 => times(u_of, parts.slips[0]);
             };
             quantity = match was_cut {
                 _ if begins => NEW_STICKS,
@@ -643,10 +650,10 @@ impl<'a> Follower<'a> {
                 "Coulomb's limit along the spring's force", has(!is_early) => times(limit, way);
                 "the force of spring and dashpot without a limit", has(is_early) => plus(trial, times(has(!none), braking));
                 "the dashpot's force, also while it slides,", has(beyond && !is_early) => braking;
-                "tan φ × the normal spring's force", 0.0 => times(elastic, way);
-                "tan φ × the normal dashpot's force", 0.0 => times(parts.tangent * parts.viscous, way);
-                "tan φ × the normal force before its tension is cut", 0.0 => times(has(limit <= ROUNDED * parts.tangent * parts.elastic.abs()) * parts.tangent * (parts.elastic + parts.viscous - parts.pull).abs(), way);
-                "tan φ × the pull of adhesion", 0.0 => times(parts.tangent * parts.pull, way);
+                "tan φ·(the normal spring's force)", 0.0 => times(elastic, way);
+                "tan φ·(the normal dashpot's force)", 0.0 => times(parts.tangent * parts.viscous, way);
+                "tan φ·(the normal force before its tension is cut)", 0.0 => times(has(limit <= ROUNDED * parts.tangent * parts.elastic.abs()) * parts.tangent * (parts.elastic + parts.viscous - parts.pull).abs(), way);
+                "tan φ·(the pull of adhesion)", 0.0 => times(parts.tangent * parts.pull, way);
                 "the spring's force without a limit", 0.0 => trial;
                 "Coulomb's limit against the slip", 0.0 => along(slip);
                 "Coulomb's limit along spring and dashpot together", 0.0 => along(plus(trial, braking));
@@ -657,7 +664,7 @@ impl<'a> Follower<'a> {
                 (was.parts.limit, old.tangential)
             });
             terms.extend(terms! {
-                "tan φ × the normal force of the step before", 0.0 => times(limit_before, way);
+                "tan φ·(the normal force of the step before)", 0.0 => times(limit_before, way);
                 "Coulomb's limit along the force of the step before", 0.0 => along(old);
             });
             quantity = match is_early {
@@ -841,9 +848,10 @@ impl<'a> Follower<'a> {
                 "torques at walls", 1.0 => of_kind(2);
                 "torques at the punch", 1.0 => of_kind(3);
                 "the tangential dashpots' torques", 1.0 => load.braking;
-                "the tangential force × u/2, of grains,", 0.0 => load.half[0];
-                "the tangential force × u/2, at walls,", 0.0 => load.half[1];
-                "the tangential force × u/2, at the punch,", 0.0 => load.half[2];
+                "the tangential force times u/2, of grains,", 0.0 => load.half[0];
+                "the tangential force times u/2, at walls,", 0.0 => load.half[1];
+                "the tangential force times u/2, at the punch,", 0.0 => load.half[2];
+                "the torques of what Coulomb's limit cuts", 0.0 => load.cut;
                 "torques of the step before", 0.0 => before.map_or(NONE, |before| before[id].torque());
                 "what the other grain's arm gives it more than its own", 0.0 => load.others[0];
                 "what the first one's arm gives the second more than its own", 0.0 => load.others[1];
@@ -1046,17 +1054,20 @@ fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
     let new = |of: &&(usize, f64)| terms[of.0].1 == 0.0 && close(of.1, 1.0);
     if let (2, Some(gone), Some(new)) = (more.len(), more.iter().find(gone), more.iter().find(new))
     {
-        return format!("{} in the place of {}", terms[new.0].0, terms[gone.0].0);
+        return format!(
+            "with {} in the place of {}",
+            terms[new.0].0, terms[gone.0].0
+        );
     }
     let said = more.iter().map(|(term, more)| {
         let (name, usual, _) = terms[*term];
         let now = usual + more;
         match usual {
-            _ if close(now, 0.0) => format!("{name} is missing"),
-            0.0 if close(now, 1.0) => format!("{name} is added"),
-            0.0 => format!("{} × {name} is added", number(now)),
-            _ if close(now, -usual) => format!("{name} has the other sign"),
-            _ => format!("{name} is multiplied by {}", number(now / usual)),
+            _ if close(now, 0.0) => format!("without {name}"),
+            0.0 if close(now, 1.0) => format!("with {name} besides"),
+            0.0 => format!("with {} × {name} besides", number(now)),
+            _ if close(now, -usual) => format!("with {name} of the other sign"),
+            _ => format!("with {name} × {}", number(now / usual)),
         }
     });
     said.collect::<Vec<_>>().join(", and ")
@@ -1153,16 +1164,13 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
             let by: Vec<String> = set.iter().zip(&powers).map(power).collect();
             let (by, of) = (by.join(" × "), constant.exp());
             match (of - 1.0).abs() < 1.0e-6 {
-                true => (0, format!("{name} is multiplied by {by} (SI)")),
-                false => (
-                    1,
-                    format!("{name} is multiplied by {} × {by} (SI)", number(of)),
-                ),
+                true => (0, format!("with {name} × {by} (SI)")),
+                false => (1, format!("with {name} × {} × {by} (SI)", number(of))),
             }
         })
     });
     // Two powers and a number besides fit too much.
-    let found = found.filter(|(own, said)| *own == 0 || said.matches('×').count() < 3);
+    let found = found.filter(|(own, said)| *own == 0 || said.matches(" × ").count() < 3);
     // A formula has no number of its own, if there is such a one.
     found.min_by_key(|found| found.0).map(|found| found.1)
 }
@@ -1182,12 +1190,28 @@ fn by_groups(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
         let said: Vec<String> = other
             .map(|(between, of)| format!("{} between {between}", number(of[0])))
             .collect();
-        format!("{name} is multiplied by {}", said.join(", by "))
+        format!("with {name} × {}", said.join(", by "))
     })
 }
 
 /// Where rows are off: what all of them have at the moment that has most, or which they are.
 fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -> String {
+    let mut few: Vec<String> = Vec::new();
+    for row in off {
+        let name = match row.of {
+            Of::Contact(one, two) => format!("{one}–{two}"),
+            Of::Grain(id) => format!("grain {id}"),
+        };
+        if !few.contains(&name) {
+            few.push(name);
+        }
+        if few.len() > FEW {
+            break;
+        }
+    }
+    if few.len() <= FEW {
+        return format!("{} alone", few.join(", "));
+    }
     let mut moments: BTreeMap<(usize, usize), (usize, usize)> = BTreeMap::new();
     for row in rows {
         let of = moments.entry(row.at).or_default();
@@ -1303,23 +1327,23 @@ mod tests {
             (
                 Form::HistoryReset,
                 "contacts that stick between grains and at walls",
-                "the spring's force of the step before is missing",
+                "without the spring's force of the step before",
             ),
             (
                 Form::SlipOfCentres,
                 "contacts that stick",
-                "slip of the spins is missing",
+                "without k_s·Δt·slip of the spins",
             ),
-            (Form::TorqueSign, "spins", "has the other sign"),
+            (Form::TorqueSign, "spins", "of the other sign"),
             (
                 Form::OneSided(1),
                 "velocities",
-                "forces on the first of a pair is missing",
+                "without forces on the first of a pair",
             ),
             (
                 Form::Rule(drift),
                 "places",
-                "the kick of this step in Δt·v is missing",
+                "without the kick of this step in Δt·v",
             ),
         ];
         let states = states();

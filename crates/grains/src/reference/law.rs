@@ -107,9 +107,10 @@ pub struct Parts {
     pub brakings: [Vector; 3],
     /// Tangential force by these.
     pub tangential: Vector,
-    /// Torques on both of the force that is told and of the dashpot along the tangent, and moments against rolling and twisting of a contact that begins, N·m.
+    /// Torques on both of the force that is told, of the dashpot along the tangent, and of what Coulomb's limit has cut; moments against rolling and twisting of a contact that begins, N·m.
     pub torques: [Vector; 2],
     pub braking_torques: [Vector; 2],
+    pub cut_torques: [Vector; 2],
     pub moments: [Vector; 2],
 }
 
@@ -394,6 +395,12 @@ impl Reference {
             brakings: slips.map(|slip| self.braking(&strength, slip)),
             tangential: tangential_by_law,
             torques: self.torques(touch, on, plus(told, tangential)),
+            cut_torques: {
+                let sum = |of: [Vector; 3]| of.into_iter().fold(NONE, plus);
+                let trial = sum([kept, turns[0], turns[1]]);
+                let trial = plus(trial, times(-share * growth, sum(slips)));
+                self.torques(touch, on, minus(trial, tangential))
+            },
             braking_torques: self.torques(
                 touch,
                 on,
