@@ -468,7 +468,7 @@ fn said_of_states(judgement: &Judgement) -> String {
         Verdict::Different => {
             let mut said: Vec<String> = judgement.causes.iter().map(in_a_sentence).collect();
             // Where a cause explains all, it has said as much.
-            let is_open = judgement.causes.iter().any(|cause| !cause.explained);
+            let is_open = judgement.causes.iter().any(|cause| !cause.is_named());
             let condition = judgement.condition.iter().filter(|_| is_open);
             said.extend(condition.map(|words| format!("Of all states: {words}.")));
             let tables = judgement
@@ -477,9 +477,15 @@ fn said_of_states(judgement: &Judgement) -> String {
                 // Where the motion is wrong too, its forces are, and not what is written of them.
                 .filter(|state| state.farthest.as_ref().is_some_and(Farthest::moves_right))
                 .find_map(|state| Some((&state.start, state.tables.as_ref()?)));
-            said.extend(tables.map(|(start, fault)| {
-                format!("Its contact tables are wrong: in {start}, {fault}.")
-            }));
+            said.extend(
+                tables.map(|(start, fault)| match judgement.written.is_empty() {
+                    true => format!("Its contact tables are wrong: in {start}, {fault}."),
+                    false => format!(
+                        "Its contact tables are wrong: {}.",
+                        judgement.written.join("; ")
+                    ),
+                }),
+            );
             let mut starts = judgement
                 .starts
                 .iter()

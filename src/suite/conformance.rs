@@ -19,6 +19,7 @@ use grains::rules::{GivenVelocities, WrittenVelocities};
 use grains::scene::{Cloud, Damping, Scene, paper_scene};
 use grains::tables::{Bodies, Contact, Snapshot, Stage};
 use grains::task::{Case, StageReport, Task};
+use verdict::causes::Cause;
 use verdict::envelope::Resolution;
 use verdict::excerpt::Excerpt;
 use verdict::invariance::{Depth, Held, Itself, RELATIONS, Relation};
@@ -152,7 +153,7 @@ impl Conformance {
             .first_steps
             .as_ref()
             .map_or(&[][..], |judgement| &judgement.causes);
-        let explained = !causes.is_empty() && causes.iter().all(|cause| cause.explained);
+        let explained = !causes.is_empty() && causes.iter().all(Cause::is_named);
         let differs = self.first_steps.as_ref().is_some_and(|judgement| {
             judgement.verdict() == Verdict::Different && !judgement.causes.is_empty()
         });

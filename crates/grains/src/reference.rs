@@ -3,6 +3,7 @@
 //! have its bits. With a [`Variant`] it is what another engine may do instead. In space `space` is the engine.
 
 mod law;
+pub use law::{Parts, Told};
 pub(crate) mod space;
 mod touch;
 
@@ -264,7 +265,8 @@ impl Reference {
         self.contacts_with_across().0
     }
 
-    fn contacts_with_across(&self) -> (Vec<Contact>, Vec<Across>) {
+    /// With what they have in space besides.
+    pub fn contacts_with_across(&self) -> (Vec<Contact>, Vec<Across>) {
         let touching = self.touching.iter();
         match self.sizes.in_space {
             false => (touching.map(Touching::in_plane).collect(), Vec::new()),

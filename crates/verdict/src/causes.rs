@@ -51,6 +51,8 @@ pub struct Cause {
     pub left_at: String,
     /// What all contacts or grains that are wrong first have and no other ones.
     pub condition: Option<String>,
+    /// Terms of its step that are other ones, from what it writes step by step.
+    pub terms: Vec<String>,
     /// Which numbers are off first: of contacts, where they are no later than the motion, else of grains.
     pub numbers: Option<String>,
     /// The state, as it is handed to engines.
@@ -130,8 +132,19 @@ impl Cause {
         format!("{said}.")
     }
 
+    /// Whether it says what is wrong.
+    pub fn is_named(&self) -> bool {
+        self.explained || !self.terms.is_empty()
+    }
+
     /// Where it differs, and behind it the nearest fit as a hint, without digits that it does not have.
     fn what_is_left(&self, forms: &str) -> String {
+        if !self.terms.is_empty() {
+            let terms = self.terms.join("; in ");
+            return format!(
+                "what it writes at each step does not follow from the rest in {terms}."
+            );
+        }
         let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
         let (of_grains, state, at) = (some.join(", "), &self.left_in, &self.left_at);
         let more = if self.left.len() > 8 { ", …" } else { "" };
@@ -409,14 +422,15 @@ impl Tried<'_> {
                     let at = at(step)?;
                     let before = at.checked_sub(1).map(|before| &own[before]);
                     (first.step, first.count) = (step, contacts.len());
-                    first.condition = conditions::of_contacts(case, before, &own[at], &contacts);
+                    first.condition =
+                        conditions::of_contacts(case, before, &own[at], (&contacts, &|_| true));
                     let said = contacts::what_is_off((&theirs[at]).into(), (&own[at]).into());
                     first.numbers = said.map(|said| format!("after {step} steps {said}"));
                 }
                 true if grains.is_empty() => return None,
                 true => {
                     let at = at(moved)?;
-                    first.condition = conditions::of_grains(case, &own[at], &grains);
+                    first.condition = conditions::of_grains(case, &own[at], (&grains, &|_| true));
                     let said = conditions::off_in(&theirs[at], &own[at]);
                     first.numbers = said.map(|said| format!("after {moved} steps {said}"));
                 }
@@ -465,6 +479,7 @@ impl Tried<'_> {
             left_in,
             left_at,
             condition,
+            terms: Vec::new(),
             numbers,
             state: answered.native.envelope.own.first().cloned(),
             walls: answered.asked.case.model.walls.clone(),

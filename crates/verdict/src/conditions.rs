@@ -1,15 +1,16 @@
 //! Under which condition contacts or grains are wrong: what all wrong ones of a moment have and no right one. It is told only where so
 //! clean a split is no chance among all that are tried.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grains::model::Law;
 use grains::scene::{NewContactSlip, SlipVelocity, Springs, Tension, TorqueArms, Viscosity};
 use grains::tables::{Body, Contact, Snapshot};
 use grains::task::Case;
+use grains::vector::{Vector, dot, minus};
 use statrs::function::factorial::ln_binomial;
 
-use crate::contacts::at_a_corner;
+use crate::contacts::{Table, at_a_corner};
 use crate::exercise::slides;
 
 /// How probable a split may be that says nothing, over all that are tried.
@@ -93,16 +94,22 @@ impl Properties {
     }
 }
 
-/// What all of these contacts have and no other one of this moment; `before` is the moment before it.
+/// What all of these contacts have and no other one among some of this moment; `before` is the moment before it.
 pub(crate) fn of_contacts(
     case: &Case,
     before: Option<&Snapshot>,
     own: &Snapshot,
-    wrong: &[(u32, u32)],
+    (wrong, among): (&[(u32, u32)], &dyn Fn((u32, u32)) -> bool),
 ) -> Option<String> {
-    let (ids, bodies, all) = (case.ids(), &own.bodies, &own.contacts);
-    let of = |property: &dyn Fn(&Contact) -> bool| all.iter().map(property).collect::<Vec<bool>>();
-    let number = |value: &dyn Fn(&Contact) -> f64| all.iter().map(value).collect::<Vec<f64>>();
+    let (ids, bodies) = (case.ids(), &own.bodies);
+    let rows = Table::from(own).rows().filter(|row| among(row.ids()));
+    let (all, normals): (Vec<&Contact>, Vec<Vector>) =
+        rows.map(|row| (row.contact, row.normal())).unzip();
+    let of = |property: &dyn Fn(&Contact) -> bool| {
+        all.iter().copied().map(property).collect::<Vec<bool>>()
+    };
+    let number =
+        |value: &dyn Fn(&Contact) -> f64| all.iter().copied().map(value).collect::<Vec<f64>>();
     let is_wrong = of(&|contact| wrong.contains(&(contact.id1, contact.id2)));
     if !is_wrong.contains(&true) || !is_wrong.contains(&false) {
         return None;
@@ -134,16 +141,19 @@ pub(crate) fn of_contacts(
         );
     }
     let velocity = |id: u32| match (bodies.vx.get(id as usize), own.punch) {
-        (Some(vx), _) => [*vx, bodies.vz[id as usize]],
-        (None, Some(punch)) if id == ids.punch() => [0.0, punch.velocity],
-        _ => [0.0; 2],
+        (Some(vx), _) => {
+            let vy = bodies.vy.get(id as usize).copied().unwrap_or(0.0);
+            [*vx, vy, bodies.vz[id as usize]]
+        }
+        (None, Some(punch)) if id == ids.punch() => [0.0, 0.0, punch.velocity],
+        _ => [0.0; 3],
     };
+    let part = all.iter().zip(&normals).map(|(contact, normal)| {
+        dot(minus(velocity(contact.id2), velocity(contact.id1)), *normal) > 0.0
+    });
     properties.add_both(
         ["their bodies part", "their bodies approach"],
-        of(&|contact| {
-            let [[ax, az], [bx, bz]] = [velocity(contact.id1), velocity(contact.id2)];
-            (bx - ax) * contact.normal[0] + (bz - az) * contact.normal[1] > 0.0
-        }),
+        part.collect(),
     );
     if let Some(before) = before {
         let had = |contact: &Contact| {
@@ -151,6 +161,25 @@ pub(crate) fn of_contacts(
             before.contacts.iter().any(same)
         };
         properties.add_both(["they touched before", "they have just begun"], of(&had));
+        let of_before = |contact: &Contact| {
+            let ids = (contact.id1, contact.id2);
+            let mut all = before.contacts.iter();
+            all.find(|other| (other.id1, other.id2) == ids).copied()
+        };
+        let grows = |contact: &Contact| {
+            of_before(contact).is_some_and(|before| before.overlap < contact.overlap)
+        };
+        properties.add_both(
+            [
+                "their overlap has grown in the step",
+                "their overlap has not grown in the step",
+            ],
+            of(&grows),
+        );
+        properties.add(
+            "they slid a step before",
+            of(&|contact| of_before(contact).is_some_and(|before| slides(case, &before))),
+        );
     }
     for axis in [0, 1] {
         let words = [
@@ -163,8 +192,33 @@ pub(crate) fn of_contacts(
         properties.add_both(words[axis], of(&|contact| contact.normal[axis] > 0.0));
     }
     let mut partners: BTreeMap<u32, f64> = BTreeMap::new();
-    for id in all.iter().flat_map(|contact| [contact.id1, contact.id2]) {
+    for id in own
+        .contacts
+        .iter()
+        .flat_map(|contact| [contact.id1, contact.id2])
+    {
         *partners.entry(id).or_default() += 1.0;
+    }
+    for (index, words) in (0..case.model.walls.len())
+        .map(|index| (index, format!("one of their grains touches wall {index}")))
+    {
+        let at_wall: BTreeSet<u32> = own
+            .contacts
+            .iter()
+            .filter(|contact| contact.id1 == ids.wall(index))
+            .map(|contact| contact.id2)
+            .collect();
+        properties.add(
+            words,
+            of(&|contact| at_wall.contains(&contact.id1) || at_wall.contains(&contact.id2)),
+        );
+    }
+    if !bodies.material.is_empty() {
+        let material = |id: u32| bodies.material.get(id as usize).copied().unwrap_or(0);
+        properties.add_both(
+            ["their materials are two", "their materials are one"],
+            of(&|contact| material(contact.id1) != material(contact.id2)),
+        );
     }
     let radius = |id: u32| bodies.radius.get(id as usize).copied();
     let smaller = |contact: &Contact| {
@@ -241,13 +295,20 @@ pub(crate) fn off_in(their: &Snapshot, own: &Snapshot) -> Option<String> {
     (!said.is_empty()).then(|| said.join("; "))
 }
 
-/// What all of these grains have and no other one of this moment.
-pub(crate) fn of_grains(case: &Case, own: &Snapshot, wrong: &[usize]) -> Option<String> {
+/// What all of these grains have and no other one among some of this moment.
+pub(crate) fn of_grains(
+    case: &Case,
+    own: &Snapshot,
+    (wrong, among): (&[usize], &dyn Fn(usize) -> bool),
+) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
-    let of =
-        |property: &dyn Fn(usize) -> bool| (0..bodies.len()).map(property).collect::<Vec<bool>>();
+    let all: Vec<usize> = (0..bodies.len()).filter(|id| among(*id)).collect();
+    let of = |property: &dyn Fn(usize) -> bool| {
+        let all = all.iter().copied();
+        all.map(property).collect::<Vec<bool>>()
+    };
     let is_wrong = of(&|id| wrong.contains(&id));
-    if wrong.is_empty() || wrong.len() == bodies.len() {
+    if wrong.is_empty() || wrong.len() == all.len() {
         return None;
     }
     let touches = |body: u32, id: usize| {
@@ -281,18 +342,21 @@ pub(crate) fn of_grains(case: &Case, own: &Snapshot, wrong: &[usize]) -> Option<
         of(&|id| bodies.vx[id] > 0.0),
     );
     properties.add_both(["they rise", "they fall"], of(&|id| bodies.vz[id] > 0.0));
-    let of_all = |value: &dyn Fn(usize) -> f64| (0..bodies.len()).map(value).collect::<Vec<f64>>();
+    let of_all = |value: &dyn Fn(usize) -> f64| {
+        let all = all.iter().copied();
+        all.map(value).collect::<Vec<f64>>()
+    };
     properties.numbers = vec![
-        ("their radius, m,", bodies.radius.clone()),
-        ("their mass, kg,", bodies.mass.clone()),
+        ("their radius, m,", of_all(&|id| bodies.radius[id])),
+        ("their mass, kg,", of_all(&|id| bodies.mass[id])),
         ("their id", of_all(&|id| id as f64)),
-        ("the number of their contacts", partners),
+        ("the number of their contacts", of_all(&|id| partners[id])),
         (
             "their speed, m/s,",
             of_all(&|id| bodies.vx[id].hypot(bodies.vz[id])),
         ),
-        ("their x, m,", bodies.x.clone()),
-        ("their z, m,", bodies.z.clone()),
+        ("their x, m,", of_all(&|id| bodies.x[id])),
+        ("their z, m,", of_all(&|id| bodies.z[id])),
     ];
     if bodies.spin.len() == bodies.len() {
         properties
@@ -300,7 +364,7 @@ pub(crate) fn of_grains(case: &Case, own: &Snapshot, wrong: &[usize]) -> Option<
             .push(("their spin, rad/s,", of_all(&|id| bodies.spin[id].abs())));
     }
     let split = properties.split(&is_wrong)?;
-    let (count, others) = (wrong.len(), bodies.len() - wrong.len());
+    let (count, others) = (wrong.len(), all.len() - wrong.len());
     Some(format!(
         "grains are wrong where {split}: all {count} of these and none of the other {others}"
     ))

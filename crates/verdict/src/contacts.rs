@@ -57,16 +57,16 @@ pub(crate) struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn ids(&self) -> (u32, u32) {
+    pub fn ids(&self) -> (u32, u32) {
         (self.contact.id1, self.contact.id2)
     }
 
-    fn normal(&self) -> Vector {
+    pub fn normal(&self) -> Vector {
         let [x, z] = self.contact.normal;
         [x, self.across.map_or(0.0, |across| across.normal), z]
     }
 
-    fn point(&self) -> Vector {
+    pub fn point(&self) -> Vector {
         let [x, z] = self.contact.point;
         [x, self.across.map_or(0.0, |across| across.point), z]
     }

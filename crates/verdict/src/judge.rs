@@ -18,7 +18,7 @@ use crate::envelope::{self, Envelope, Farthest, Resolution};
 use crate::excerpt::Excerpt;
 use crate::exercise::{self, Count, Range};
 use crate::starts::{Bed, LARGE_STATE, State};
-use crate::{Answer, Engine, conditions};
+use crate::{Answer, Engine, conditions, terms};
 
 /// What an engine is, compared with the native one; the first that holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -156,6 +156,9 @@ pub struct Judgement {
     pub unseen: Vec<String>,
     /// For each law that shows something else than the ones before.
     pub causes: Vec<Cause>,
+    /// What is written of contacts otherwise, where the motion is right.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub written: Vec<String>,
     /// What the laws of all states that differ have and those of no other, in words.
     pub condition: Option<String>,
     /// Rules that the engine says it has otherwise than the model, by which it is judged.
@@ -213,6 +216,7 @@ impl Judgement {
         let known: Vec<String> = self.causes.iter().map(Cause::sentence).collect();
         let new = |cause: &Cause| !known.contains(&cause.sentence());
         self.causes.extend(space.causes.into_iter().filter(new));
+        self.written.extend(space.written);
         self.condition = self.condition.or(space.condition);
         self
     }
@@ -280,6 +284,10 @@ fn is_zero(count: &usize) -> bool {
 
 /// Where a constant could be wrong by more than this share unseen, nothing agrees.
 const LARGEST_LIMIT: f64 = 1.0e-3;
+
+/// A state is followed step by step for so many steps at least and at most.
+const FOLLOWED: u64 = 6;
+const LAST_FOLLOWED: u64 = 101;
 
 pub const OTHER_MOMENTS: &str = "it wrote other moments than were asked for";
 
@@ -401,6 +409,11 @@ impl Reference {
         }
     }
 
+    #[cfg(test)]
+    pub(crate) fn states(&self) -> &[State] {
+        &self.states
+    }
+
     /// By these rules, where they are not the usual ones, instead of the model's own.
     pub fn under(&self, rules: Rules) -> Self {
         Reference {
@@ -433,7 +446,76 @@ impl Reference {
         progress: &mut dyn FnMut(&str),
     ) -> Result<Judgement, E> {
         let answers = self.ask(lacks, engine, progress)?;
-        Ok(self.judge_answers(declared, answers, progress)?)
+        let mut judgement = self.judge_answers(declared, answers, progress)?;
+        self.follow(&mut judgement, engine, progress);
+        Ok(judgement)
+    }
+
+    /// Where no cause explains what is wrong, the engine is asked for the same states at each of its first steps, for the term
+    /// that is another one. What it cannot answer says nothing more.
+    fn follow<E>(
+        &self,
+        judgement: &mut Judgement,
+        engine: &mut Engine<'_, E>,
+        progress: &mut dyn FnMut(&str),
+    ) {
+        let Judgement {
+            causes,
+            starts,
+            resolution,
+            written,
+            ..
+        } = judgement;
+        let wrong = |start: &&OfStart| start.verdict == Verdict::Different;
+        let tables = starts
+            .iter()
+            .filter(wrong)
+            .find(|start| start.tables.is_some());
+        let of_tables = tables.filter(|_| causes.is_empty() && resolution.is_double());
+        let open = causes.iter_mut().filter(|cause| !cause.explained);
+        let open = open.filter(|_| resolution.is_double());
+        let asked = open.map(|cause| (cause.law.clone(), true, &mut cause.terms));
+        // Where the motion is right, what is written of contacts is not.
+        let asked = asked.chain(of_tables.map(|start| (start.law.clone(), false, written)));
+        for (law, moves, terms) in asked {
+            progress(&format!("step by step: {law}"));
+            let of_law = starts.iter().filter(|start| start.law == law).filter(wrong);
+            let asked = of_law.filter_map(|start| {
+                let left = start.farthest.as_ref()?.left_after?;
+                let state = self.states.iter().find(|state| state.key == start.key)?;
+                let last = (left + 1).clamp(FOLLOWED, LAST_FOLLOWED);
+                let moments: Vec<u64> = (0..=last).collect();
+                let case = state.case.clone();
+                Some(Case { moments, ..case })
+            });
+            let asked: Vec<Case> = asked.collect();
+            let Ok(answers) = engine(&asked.iter().collect::<Vec<_>>()) else {
+                continue;
+            };
+            let judged = asked.into_iter().map(|mut case| {
+                case.model.rules = self.rules.over(case.model.rules);
+                case
+            });
+            let judged: Vec<Case> = judged.collect();
+            let runs = judged.iter().zip(&answers);
+            let runs = runs.filter_map(|(case, answer)| {
+                let run = answer.as_ref().ok()?;
+                let steps = run.iter().map(|snapshot| snapshot.step);
+                steps
+                    .eq(case.moments.iter().copied())
+                    .then_some((case, &run[..]))
+            });
+            *terms = terms::found(&runs.collect::<Vec<_>>(), moves);
+        }
+        // One fault is not told twice, and beside one that is named what is left of it under other laws says nothing.
+        if causes.iter().any(|cause| !cause.terms.is_empty()) {
+            let mut seen: Vec<String> = Vec::new();
+            causes.retain(|cause| {
+                let new = cause.terms.iter().any(|term| !seen.contains(term));
+                seen.extend(cause.terms.iter().cloned());
+                cause.explained || new
+            });
+        }
     }
 
     /// Hands the states to an engine, and small changes of some that tell how coarsely it computes.
@@ -507,6 +589,7 @@ impl Reference {
             ranges: Vec::new(),
             unseen: Vec::new(),
             causes: Vec::new(),
+            written: Vec::new(),
             condition: None,
             declared: Vec::new(),
         };

@@ -15,6 +15,7 @@
 //! | what do the states exercise, and what not? | [`exercise`] |
 //! | which constants are wrong? | [`constants`] |
 //! | which term has another form? | [`forms`] |
+//! | and by what it writes step by step? | `terms` |
 //! | which rules does it compute with, if it does not say? | [`identify`] |
 //! | does it agree with itself, whatever its law is? | [`invariance`] |
 //! | all of it in order | [`judge`] |
@@ -56,6 +57,7 @@ pub mod invariance;
 pub mod judge;
 pub mod spheres;
 pub mod starts;
+mod terms;
 
 use grains::tables::Snapshot;
 use grains::task::Case;

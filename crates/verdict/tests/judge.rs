@@ -386,6 +386,7 @@ fn one_stiffness_for_all_springs_is_one_cause() {
             left_in: Start::Loose.name().to_owned(),
             left_at: String::new(),
             condition: None,
+            terms: Vec::new(),
             numbers: None,
             state: None,
             walls: Vec::new(),

@@ -63,6 +63,57 @@ pub struct ByTable {
     pub brakes_sliding: bool,
 }
 
+/// What a contact had a step ago, as its table tells it.
+#[derive(Debug, Clone, Copy)]
+pub struct Told {
+    pub normal: Vector,
+    /// Tangential force on body 2, N.
+    pub tangential: Vector,
+    /// What the dashpot along the tangent did or would have done, N, and whether it did.
+    pub braking: Vector,
+    pub brakes: bool,
+    /// What the slip of that step added, N.
+    pub slip: Vector,
+}
+
+/// The terms of a contact's law, each by itself: forces on body 2, N.
+#[derive(Debug, Clone, Copy)]
+pub struct Parts {
+    pub first: Body,
+    pub radii: [f64; 2],
+    pub effective_mass: f64,
+    /// Of the spring along the normal, of its dashpot and of adhesion, which pulls by so much.
+    pub elastic: f64,
+    pub viscous: f64,
+    pub pull: f64,
+    /// All of them, cut where the rules cut.
+    pub normal_force: f64,
+    pub c_n: f64,
+    pub k_s: f64,
+    pub tangent: f64,
+    /// Coulomb's limit by the normal force that is told.
+    pub limit: f64,
+    /// The spring's force of the step before, and what turning with the normal and about it adds.
+    pub kept: Vector,
+    pub turns: [Vector; 2],
+    /// Turned as the spring: the force that was told, what its dashpot did and what the slip added.
+    pub turned: [Vector; 3],
+    /// What this step's slip adds by the centres and by each spin; in its first step a contact gets this share.
+    pub slips: [Vector; 3],
+    /// Of the centres' what the first one adds, where it is no grain.
+    pub slip_of_first: Vector,
+    pub share: f64,
+    /// What the dashpot along the tangent does by the centres and by each spin, and whether it acts while the contact slides.
+    pub brakings: [Vector; 3],
+    /// Tangential force by these.
+    pub tangential: Vector,
+    /// Torques on both of the force that is told, of the dashpot along the tangent, and of what Coulomb's limit has cut; moments against rolling and twisting of a contact that begins, N·m.
+    pub torques: [Vector; 2],
+    pub braking_torques: [Vector; 2],
+    pub cut_torques: [Vector; 2],
+    pub moments: [Vector; 2],
+}
+
 const NONE: Vector = [0.0; 3];
 
 impl Reference {
@@ -243,6 +294,121 @@ impl Reference {
             limits: [made, told].map(|force| self.limit(&pair, &strength, force).0),
             braking: self.braking(&strength, self.slip(touch, on).0),
             brakes_sliding: self.rules().tangential_dashpot != TangentialDashpot::WhileSticking,
+        })
+    }
+
+    /// The terms of these bodies' contact, whose table tells this normal force and the tangential force that follows it; `before` is
+    /// what it told a step ago. None where they do not touch.
+    pub fn parts(
+        &self,
+        ids: (u32, u32),
+        (normal_force, tangential): (f64, Vector),
+        before: Option<Told>,
+    ) -> Option<Parts> {
+        let at = self.touching.binary_search_by_key(&ids, |of| of.ids).ok()?;
+        let touch = &self.touching[at].touch;
+        let pair = self.pair(ids);
+        let strength = self.strength(ids, touch, &pair);
+        let on = self.motions(ids, touch);
+        let told = times(normal_force, touch.normal);
+        let made = self.normal_force(touch, on, &strength, pair.pull);
+        let viscous = -strength.c_n * dot(touch.normal, at_contact_point(touch, on));
+        // Of each alone: the slip is linear in velocities and spins.
+        let alone = |which: usize| {
+            let one = [0, 1].map(|side| Motion {
+                velocity: if which == 0 { on[side].velocity } else { NONE },
+                spin: if which == side + 1 {
+                    on[side].spin
+                } else {
+                    NONE
+                },
+                ..on[side]
+            });
+            self.slip(touch, one).0
+        };
+        let slips = [0, 1, 2].map(alone);
+        let growth = strength.k_s * self.constants.dt;
+        let memory = before.map(|told| Memory {
+            normal: told.normal,
+            shear: match told.brakes {
+                true => minus(told.tangential, told.braking),
+                false => told.tangential,
+            },
+            ..Memory::new(ids, pair)
+        });
+        let (tangential_by_law, ..) =
+            self.shear(touch, on, (&pair, &strength), told, memory.as_ref());
+        let kept = memory.map_or(NONE, |memory| memory.shear);
+        let turns = memory.map_or([NONE; 2], |memory| {
+            let with = self.turned(
+                memory.normal,
+                kept,
+                touch,
+                on.map(|of| Motion { spin: NONE, ..of }),
+            );
+            let both = self.turned(memory.normal, kept, touch, on);
+            [minus(with, kept), minus(both, with)]
+        });
+        let way = -self.slip(touch, on).1 * self.constants.dt;
+        let share = match self.rules().new_contact {
+            _ if before.is_some() => 1.0,
+            NewContact::SinceTouch if way > touch.overlap => touch.overlap / way,
+            NewContact::Nothing => 0.0,
+            _ => 1.0,
+        };
+        let rolling = self.constants.law.contact.rolling;
+        Some(Parts {
+            first: touch.first,
+            radii: touch.radii,
+            effective_mass: pair.mass,
+            elastic: strength.elastic,
+            viscous: if self.constants.law.has_dashpots() {
+                viscous
+            } else {
+                0.0
+            },
+            pull: pair.pull,
+            normal_force: dot(made, touch.normal),
+            c_n: strength.c_n,
+            k_s: strength.k_s,
+            tangent: pair.tangent,
+            limit: self.limit(&pair, &strength, told).0,
+            kept,
+            turns,
+            turned: before.map_or([NONE; 3], |told| {
+                let all = [told.tangential, told.braking, told.slip];
+                all.map(|of| self.turned(told.normal, of, touch, on))
+            }),
+            slips: slips.map(|slip| times(-growth, slip)),
+            slip_of_first: match touch.first {
+                Body::Grain => NONE,
+                _ => {
+                    let still = Motion {
+                        velocity: NONE,
+                        spin: NONE,
+                        ..on[1]
+                    };
+                    times(-growth, self.slip(touch, [on[0], still]).0)
+                }
+            },
+            share,
+            brakings: slips.map(|slip| self.braking(&strength, slip)),
+            tangential: tangential_by_law,
+            torques: self.torques(touch, on, plus(told, tangential)),
+            cut_torques: {
+                let sum = |of: [Vector; 3]| of.into_iter().fold(NONE, plus);
+                let trial = sum([kept, turns[0], turns[1]]);
+                let trial = plus(trial, times(-share * growth, sum(slips)));
+                self.torques(touch, on, minus(trial, tangential))
+            },
+            braking_torques: self.torques(
+                touch,
+                on,
+                self.braking(&strength, self.slip(touch, on).0),
+            ),
+            moments: rolling.map_or([NONE; 2], |rolling| {
+                self.moments(&rolling, touch, on, told, None)
+            }),
         })
     }
 
