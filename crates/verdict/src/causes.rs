@@ -423,14 +423,14 @@ impl Tried<'_> {
                     let before = at.checked_sub(1).map(|before| &own[before]);
                     (first.step, first.count) = (step, contacts.len());
                     first.condition =
-                        conditions::of_contacts(case, before, &own[at], (&contacts, &|_| true));
+                        conditions::of_contacts(case, before, &own[at], &contacts, &|_| true);
                     let said = contacts::what_is_off((&theirs[at]).into(), (&own[at]).into());
                     first.numbers = said.map(|said| format!("after {step} steps {said}"));
                 }
                 true if grains.is_empty() => return None,
                 true => {
                     let at = at(moved)?;
-                    first.condition = conditions::of_grains(case, &own[at], (&grains, &|_| true));
+                    first.condition = conditions::of_grains(case, &own[at], &grains, &|_| true);
                     let said = conditions::off_in(&theirs[at], &own[at]);
                     first.numbers = said.map(|said| format!("after {moved} steps {said}"));
                 }

@@ -99,7 +99,8 @@ pub(crate) fn of_contacts(
     case: &Case,
     before: Option<&Snapshot>,
     own: &Snapshot,
-    (wrong, among): (&[(u32, u32)], &dyn Fn((u32, u32)) -> bool),
+    wrong: &[(u32, u32)],
+    among: &dyn Fn((u32, u32)) -> bool,
 ) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
     let rows = Table::from(own).rows().filter(|row| among(row.ids()));
@@ -299,7 +300,8 @@ pub(crate) fn off_in(their: &Snapshot, own: &Snapshot) -> Option<String> {
 pub(crate) fn of_grains(
     case: &Case,
     own: &Snapshot,
-    (wrong, among): (&[usize], &dyn Fn(usize) -> bool),
+    wrong: &[usize],
+    among: &dyn Fn(usize) -> bool,
 ) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
     let all: Vec<usize> = (0..bodies.len()).filter(|id| among(*id)).collect();

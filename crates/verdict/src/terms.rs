@@ -135,7 +135,7 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             .any(|(key, said)| key.0 == quantity && said.is_some())
     };
     let mut told: Vec<String> = Vec::new();
-    for quantity in 0..QUANTITIES.len() {
+    for (quantity, name) in QUANTITIES.into_iter().enumerate() {
         // What slides goes the way of what sticks, and contacts that go on have all that new ones have.
         let sticks_otherwise = [NEW_STICKS, STICKING]
             .into_iter()
@@ -181,7 +181,6 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
                 true => format!(" {}", kinds.join(" and ")),
                 false => String::new(),
             };
-            let name = QUANTITIES[quantity];
             told.push(format!("{name}{place}: {said}{place_of}"));
         }
     }
@@ -890,7 +889,7 @@ impl Row {
     }
 
     fn is_off(&self) -> bool {
-        !(self.ratio() <= 1.0)
+        self.ratio() > 1.0 || self.ratio().is_nan()
     }
 
     /// What is left of it with so much more of some terms.
@@ -1158,7 +1157,7 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
         fits.then(|| {
             let power = |(size, power): (&usize, &f64)| match *power {
                 1.0 => sizes[*size].0.to_owned(),
-                power if power == 0.5 => format!("√{}", sizes[*size].0),
+                0.5 => format!("√{}", sizes[*size].0),
                 power => format!("{}^{}", sizes[*size].0, number(power)),
             };
             let by: Vec<String> = set.iter().zip(&powers).map(power).collect();
@@ -1261,11 +1260,11 @@ fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -> String {
     let condition = match contacts.is_empty() {
         true => {
             let among = |id: usize| all.contains(&Of::Grain(id));
-            conditions::of_grains(case, &moments[at.saturating_sub(1)], (&grains, &among))
+            conditions::of_grains(case, &moments[at.saturating_sub(1)], &grains, &among)
         }
         false => {
             let among = |ids: (u32, u32)| all.contains(&Of::Contact(ids.0, ids.1));
-            conditions::of_contacts(case, before, &moments[at], (&contacts, &among))
+            conditions::of_contacts(case, before, &moments[at], &contacts, &among)
         }
     };
     condition.unwrap_or_else(|| format!("{} of {}", off.len(), rows.len()))
