@@ -326,7 +326,7 @@ fn an_engine_that_refuses_the_plane_is_not_agreed_with() {
         "#!/bin/sh\nFAULT=plane_refused=1 exec '{}' \"$@\"\n",
         plain.display()
     );
-    let refusing = program(folder, "refusing.sh".to_owned(), &script);
+    let refusing = program(folder, "refusing.sh", &script);
     let check = format!(
         "engine check exec:{} --grains 100 --quiet",
         refusing.display()
