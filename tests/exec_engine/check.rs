@@ -53,7 +53,7 @@ fn the_page_of_engine_check_marks_the_grains_that_are_left() {
     let toy = changed_toy("v[i][axis] += dt * a\n", one);
     let toy = engine(folder, "one", &toy);
     let check = format!("engine check {toy} --grains 50 --quiet --out out");
-    tells(folder, 1, &check, ["it sits on grain 17 alone"]);
+    tells(folder, 1, &check, ["× 1.01 (grain 17 alone)"]);
     let read = |name: &str| text_of(folder.join("out").join(name));
     let grains = read("figures/left-springs.csv");
     let places = |kind: &str| -> Vec<String> {
