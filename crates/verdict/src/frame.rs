@@ -134,12 +134,13 @@ impl Frame {
         [x, z]
     }
 
-    /// Of frames in which a wall along one axis is one along another.
+    /// Only of frames that are turned by quarters, where a wall normal to one axis is one normal to another.
     fn wall(&self, wall: &Wall) -> Wall {
         let mut place = [0.0; 3];
         place[wall.axis.in_space()] = wall.place;
-        let along = |row: &[f64; 3]| row[wall.axis.in_space()] != 0.0;
-        let there = self.matrix.iter().position(along).expect("an axis");
+        let along = |row: &[f64; 3]| row[wall.axis.in_space()].abs() == 1.0;
+        let there = self.matrix.iter().position(along);
+        let there = there.expect("no case with walls is turned askew");
         Wall {
             axis: [Axis::X, Axis::Y, Axis::Z][there],
             place: self.place(place)[there],
