@@ -599,7 +599,7 @@ fn page() -> (String, String) {
     page += JUDGED;
     page +=
         "## Conventions\n\nWhat differs from program to program, and is what the manual says.\n\n";
-    let rows = of_kind(Kind::Convention).map(|row| {
+    let of_law = |row: &Row| {
         vec![
             row.name.clone(),
             row.code.clone(),
@@ -608,7 +608,8 @@ fn page() -> (String, String) {
             row.law.clone(),
             job(row),
         ]
-    });
+    };
+    let rows = of_kind(Kind::Convention).map(of_law);
     lines(
         &mut page,
         &[
@@ -622,16 +623,7 @@ fn page() -> (String, String) {
         rows,
     );
     page += "## Laws that are right\n\nControls: the same jobs would accuse these too if they accused everything.\n\n";
-    let rows = of_kind(Kind::Control).map(|row| {
-        vec![
-            row.name.clone(),
-            row.code.clone(),
-            row.asked.clone(),
-            out_of(row, &recorded),
-            row.law.clone(),
-            job(row),
-        ]
-    });
+    let rows = of_kind(Kind::Control).map(of_law);
     lines(
         &mut page,
         &[

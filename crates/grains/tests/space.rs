@@ -4,6 +4,7 @@ use grains::generate::initial_bodies;
 use grains::measure::porosity;
 use grains::model::{Model, Solid};
 use grains::native::{self, Options};
+use grains::rules::SpringTurn;
 use grains::scene::{
     Cloud, ContactLaw, Damping, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms,
     Viscosity, paper_scene, parse_scene,
@@ -11,6 +12,7 @@ use grains::scene::{
 use grains::tables::{Bodies, Memories, Punch, Snapshot, Stage};
 use grains::task::{Case, Start, Task, Until};
 use grains::variant::{self, Variant};
+use grains::vector::{cross, hypot};
 
 fn run(scene: &Scene, bodies: Bodies, steps: u64) -> Snapshot {
     let task = Task::pour(bodies, steps);
@@ -328,5 +330,37 @@ fn a_run_goes_on_from_its_moments_with_the_same_bits() {
         });
         let [forgot, kept] = [&forgets, &again].map(|of| of[1].digest());
         assert_ne!(forgot, kept, "contacts remember nothing");
+    }
+}
+
+/// A twisting moment is along the normal: rules that take the tangential spring onto the tangent take the moment onto the normal.
+#[test]
+fn twisting_moments_stay_along_the_normal_where_springs_are_projected() {
+    for turn in [SpringTurn::KeepsLength, SpringTurn::Projected] {
+        let mut case = falling(
+            "twisting",
+            ContactLaw {
+                springs: Springs::HertzMindlin,
+                torque_arms: TorqueArms::ContactPoint,
+                rolling: Some(Rolling {
+                    bending_stiffness: 0.1,
+                    twisting_stiffness: 0.1,
+                    limit: None,
+                }),
+                ..ContactLaw::default()
+            },
+        );
+        case.model.rules.spring_turn = turn;
+        case.moments = vec![2500];
+        let memory = &variant::run(&case, &Variant::default())[0].memory;
+        let mut twisted = 0;
+        for (planar, across) in memory.planar.iter().zip(&memory.across) {
+            let normal = [planar.normal[0], across.normal, planar.normal[1]];
+            let size = hypot(across.twisting);
+            twisted += usize::from(size > 0.0);
+            let aside = hypot(cross(normal, across.twisting));
+            assert!(aside <= 1.0e-12 * size, "{turn:?}: {aside} of {size}");
+        }
+        assert!(twisted > 20, "{twisted}");
     }
 }
