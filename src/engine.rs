@@ -26,7 +26,7 @@ use grains::model::Model;
 use grains::native::{self as own, NativeError, Trouble};
 use grains::obstacle::Surface;
 use grains::rules::Rules;
-use grains::scene::{Scene, Springs};
+use grains::scene::{AdhesionLaw, Scene, Springs};
 use grains::tables::{Bodies, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
@@ -472,6 +472,10 @@ pub enum Part {
     Moments,
     /// adhesion
     Adhesion,
+    /// adhesion by Derjaguin, Muller and Toporov
+    Dmt,
+    /// adhesion by Johnson, Kendall and Roberts
+    Jkr,
     /// grains of several materials
     Materials,
     /// planes of any direction
@@ -511,6 +515,7 @@ pub fn value_name(variant: &impl ValueEnum) -> String {
 /// What this model asks for.
 fn of_model(model: &Model) -> Vec<Part> {
     let contact = &model.law.contact;
+    let adheres = |law| contact.adhesion.is_some() && contact.adhesion_law == law;
     let has = |kind: fn(&Surface) -> bool| model.obstacles.iter().any(|of| kind(&of.shape));
     let asked = [
         (Part::NormalSpring, true),
@@ -523,7 +528,9 @@ fn of_model(model: &Model) -> Vec<Part> {
         (Part::Walls, !model.walls.is_empty()),
         (Part::HertzMindlin, contact.springs == Springs::HertzMindlin),
         (Part::Moments, contact.rolling.is_some()),
-        (Part::Adhesion, contact.adhesion.is_some()),
+        (Part::Adhesion, adheres(AdhesionLaw::Pull)),
+        (Part::Dmt, adheres(AdhesionLaw::Dmt)),
+        (Part::Jkr, adheres(AdhesionLaw::Jkr)),
         (Part::Materials, !model.law.materials.is_empty()),
         (
             Part::Planes,

@@ -98,6 +98,8 @@ struct Moments<'a> {
     /// Where the punch's bottom was when loading began, if that was told, m.
     started: Option<f64>,
     dt: f64,
+    /// Whether adhesion holds contacts beyond their surfaces.
+    holds: bool,
     /// `tables.bin`: the tables of all moments as numbers, read from the front.
     numbers: Option<BufReader<File>>,
 }
@@ -113,6 +115,7 @@ pub fn scene(
     let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
     let mut moments = Moments::of(work, "", &Model::of(scene), start, half_extents);
     moments.started = task.start.punch.map(|punch| punch.start);
+    moments.holds |= Model::in_stage(scene, Stage::Load).law.holds();
     let list = moments.list()?.map_err(ProgramError::Refused)?;
     let mut stages: Vec<StageReport> = Vec::new();
     let mut settled = None;
@@ -348,6 +351,7 @@ impl<'a> Moments<'a> {
             half_extents,
             started: None,
             dt: model.dt,
+            holds: model.law.holds(),
             numbers: None,
         }
     }
@@ -424,7 +428,7 @@ impl<'a> Moments<'a> {
                 pair()
             )
         })?;
-        ensure(contact.overlap >= 0.0, || {
+        ensure(contact.overlap >= 0.0 || self.holds, || {
             let (pair, overlap) = (pair(), contact.overlap);
             format!("{pair} with the overlap {overlap}: only what touches is a contact")
         })

@@ -25,7 +25,8 @@ use grains::model::Model;
 use grains::obstacle::{Obstacle, Surface};
 use grains::rules::Rules;
 use grains::scene::{
-    ContactLaw, NewContactSlip, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
+    AdhesionLaw, ContactLaw, NewContactSlip, Scene, SlipVelocity, Springs, Tension, TorqueArms,
+    Viscosity,
 };
 use grains::tables::{Bodies, Snapshot};
 use grains::task::{Case, Effective, Load, Observer, Task};
@@ -33,6 +34,9 @@ use verdict::Answer;
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);
+
+/// What it has not.
+const LACKED: [Part; 3] = [Part::Planes, Part::Dmt, Part::Jkr];
 
 /// How YADE is run; none of it is physics, all of it may change bits.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,7 +97,7 @@ impl Engine for Options {
             protocol: exec::PROTOCOL,
             name: "YADE".to_owned(),
             version: format!("{version}, {} loop", self.order()),
-            parts: parts.filter(|part| *part != Part::Planes).collect(),
+            parts: parts.filter(|part| !LACKED.contains(part)).collect(),
             approximations: Vec::new(),
             forms: Vec::new(),
             rules: Rules::default(),
@@ -308,6 +312,7 @@ fn lacking_of_hertz(contact: &ContactLaw) -> Option<&'static str> {
         _ if contact.torque_arms != TorqueArms::ContactPoint => {
             Some("Hertz's springs other than with contact.torque_arms = contact_point")
         }
+        _ if contact.adhesion_law != AdhesionLaw::Pull => Some("adhesion other than a pull"),
         _ => None,
     }
 }

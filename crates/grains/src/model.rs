@@ -13,8 +13,8 @@ use crate::rules::{
     Arms, NewContact, RestitutionFormula, Rules, Slip, TangentialDashpot, TensionRule,
 };
 use crate::scene::{
-    ContactLaw, NewContactSlip, Rotation, Scene, SlipVelocity, Springs, Tension, TorqueArms,
-    Viscosity,
+    AdhesionLaw, ContactLaw, NewContactSlip, Rotation, Scene, SlipVelocity, Springs, Tension,
+    TorqueArms, Viscosity,
 };
 use crate::tables::{Body, Stage};
 
@@ -305,7 +305,12 @@ impl Law {
     /// Whether forces depend on what was before, so that positions and velocities alone do not
     /// tell how a run goes on.
     pub fn has_history(&self) -> bool {
-        self.has_friction()
+        self.has_friction() || self.holds()
+    }
+
+    /// Whether what has touched goes on touching beyond its surfaces.
+    pub fn holds(&self) -> bool {
+        self.contact.adhesion_law == AdhesionLaw::Jkr
     }
 }
 

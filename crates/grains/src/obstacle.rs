@@ -360,15 +360,15 @@ impl Placed {
         [0, 1, 2].map(|axis| dot(rows.map(|row| row[axis]), vector))
     }
 
-    /// Where a sphere touches it.
-    pub fn touch(&self, place: Vector, radius: f64) -> Option<Place> {
+    /// Where a sphere touches it, with no smaller overlap than this.
+    pub fn touch(&self, place: Vector, radius: f64, least: f64) -> Option<Place> {
         let way = minus(place, self.motion.place);
         match &self.shape {
             Shape::Plane { normal } => {
                 let distance = dot(*normal, way);
                 let overlap = radius - distance.abs();
                 let side = if distance > 0.0 { 1.0 } else { -1.0 };
-                (overlap >= 0.0).then(|| Place {
+                (overlap >= least).then(|| Place {
                     overlap,
                     normal: times(side, *normal),
                     point: minus(place, times(distance, *normal)),
@@ -376,9 +376,10 @@ impl Placed {
                 })
             }
             Shape::Triangle(facet) => {
-                let (overlap, normal) = facet.touch(self.inward(way), radius)?;
+                let (overlap, normal) = facet.touch(self.inward(way), radius - least)?;
                 let normal = self.outward(normal);
-                (overlap > 0.0).then(|| Place {
+                let overlap = overlap + least;
+                (overlap > least).then(|| Place {
                     overlap,
                     normal,
                     point: minus(place, times(radius - 0.5 * overlap, normal)),
@@ -391,7 +392,7 @@ impl Placed {
                 let is_inside = (0..3).all(|axis| own[axis].abs() <= extents(axis));
                 match is_inside {
                     true => self.touch_inside(own, extents, place, radius),
-                    false => self.touch_outside(own, extents, place, radius),
+                    false => self.touch_outside(own, extents, place, (radius, least)),
                 }
             }
         }
@@ -434,7 +435,7 @@ impl Placed {
         own: Vector,
         extents: impl Fn(usize) -> f64,
         place: Vector,
-        radius: f64,
+        (radius, least): (f64, f64),
     ) -> Option<Place> {
         let centre = self.motion.place;
         let nearest = [0, 1, 2].map(|axis| own[axis].max(-extents(axis)).min(extents(axis)));
@@ -444,7 +445,7 @@ impl Placed {
         let overlap = radius - distance;
         let inward = over(way, distance);
         let deepest = plus(place, times(radius, inward));
-        (overlap >= 0.0).then(|| Place {
+        (overlap >= least).then(|| Place {
             overlap,
             normal: times(-1.0, inward),
             point: times(0.5, plus(plus(nearest, centre), deepest)),
@@ -582,7 +583,7 @@ mod tests {
         // R* is 2R/3 at the one and R/2 at the other, and the force goes with its root.
         let ratio = on_triangle.normal_force / on_plane.normal_force;
         assert!((ratio - (4.0f64 / 3.0).sqrt()).abs() < 1.0e-9, "{ratio}");
-        let distance = Placed::new(&triangle).touch(times(-0.0995, normal), 0.1);
+        let distance = Placed::new(&triangle).touch(times(-0.0995, normal), 0.1, 0.0);
         let below = distance.expect("it is felt from both sides").normal;
         assert!((dot(below, normal) + 1.0).abs() < 1.0e-12);
     }
@@ -604,9 +605,11 @@ mod tests {
         });
         (0..1000).for_each(|_| placed.advance(5.0e-4));
         // A quarter of a turn: its long axis lies along y, a quarter of a metre up.
-        let touch = placed.touch([0.0, 1.05, 0.25], 0.1).expect("a contact");
+        let touch = placed
+            .touch([0.0, 1.05, 0.25], 0.1, 0.0)
+            .expect("a contact");
         assert!((touch.overlap - 0.05).abs() < 1.0e-9);
         assert!((touch.normal[1] - 1.0).abs() < 1.0e-9);
-        assert!(placed.touch([1.0, 0.0, 0.25], 0.1).is_none());
+        assert!(placed.touch([1.0, 0.0, 0.25], 0.1, 0.0).is_none());
     }
 }

@@ -108,6 +108,8 @@ struct Memory {
     /// The force was cut, so that no dashpot was added along the tangent.
     slides: bool,
     pair: Pair,
+    /// k_s at the last overlap, N/m; 0 where that is not known.
+    k_s: f64,
 }
 
 impl From<&Memory> for Remembered {
@@ -150,6 +152,24 @@ impl Reference {
             constant.enlarge(&mut given, *larger);
         }
         Reference::going_on(given, &Memories::default(), variant)
+    }
+
+    /// The same where these touched a moment ago, of which adhesion may hold some.
+    pub fn holding(
+        model: &Model,
+        bodies: &Bodies,
+        punch: Option<Punch>,
+        contacts: &[Contact],
+    ) -> Self {
+        let variant = &Variant::default();
+        if !model.law.holds() {
+            return Reference::new(model, bodies, punch, variant);
+        }
+        let memory = Memories {
+            planar: contacts.iter().map(Remembered::from).collect(),
+            across: Vec::new(),
+        };
+        Reference::going_on(Given::new(model, bodies, punch), &memory, variant)
     }
 
     /// The same from contacts that remember something; where they do, the forces at the start are those that they remember.

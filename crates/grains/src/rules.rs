@@ -18,6 +18,15 @@ pub enum Needs {
     DashpotsAndFriction,
     Restitution,
     RestitutionAndWalls,
+    HertzAndFriction,
+    HertzAndWalls,
+}
+
+impl Needs {
+    /// Whether it is of springs that are in space alone.
+    pub fn is_of_hertz(self) -> bool {
+        [Needs::HertzAndFriction, Needs::HertzAndWalls].contains(&self)
+    }
 }
 
 /// One way to have a rule.
@@ -139,6 +148,11 @@ rules! {
         AsGrain "as_grain": "k_n = E·R: a wall is a grain of the same radius", "YADE";
         Rigid "rigid": "k_n = 2E·R: a wall does not give way", "";
     }
+    wall_radius: WallRadius, HertzAndWalls,
+        "the effective radius of Hertz's springs at walls, punch and obstacles; k_n and k_s go with its root, adhesion with itself" {
+        AsGrain "as_grain": "R* = R/2: a wall is a grain of the same radius; 2R/3 at triangles", "YADE";
+        Flat "flat": "R* = R: a wall is flat, triangles and boxes too", "Hertz's law in LAMMPS and LIGGGHTS";
+    }
     wall_mass: WallMass, RestitutionAndWalls,
         "the effective mass at walls and punch; restitution there is another one than was asked for" {
         Whole "whole": "m", "LAMMPS, LIGGGHTS";
@@ -179,6 +193,13 @@ rules! {
         Projected "projected": "S − (S·n) n; not about n", "LIGGGHTS";
         NotTurned "not_turned": "S", "";
     }
+    spring_memory: SpringMemory, HertzAndFriction,
+        "what the tangential spring of Mindlin keeps while the overlap changes; k_s′ is k_s of the step before, and the first step keeps all" {
+        Force "force": "S: a force", "YADE, LAMMPS (mindlin/force)";
+        Displacement "displacement": "S·k_s/k_s′: a displacement ξ = −S/k_s", "LIGGGHTS, LAMMPS (mindlin)";
+        DisplacementRescaled "displacement_rescaled": "S·k_s/k_s′, and where k_s falls S·(k_s/k_s′)²: ξ shrinks with the contact", "LAMMPS (mindlin_rescale)";
+        ForceRescaled "force_rescaled": "S, and where k_s falls S·k_s/k_s′", "LAMMPS (mindlin_rescale/force)";
+    }
     slip_added: SlipAdded, Friction,
         "whether the spring turns before or after the slip of the step is added" {
         AfterTurn "after_turn": "turned, then S −= k_s·Δt·v_t", "YADE";
@@ -199,7 +220,7 @@ rules! {
     }
     limit_from: LimitFrom, DashpotsAndFriction,
         "the normal force that Coulomb's limit is taken from" {
-        WholeForce "whole_force": "μ|N|, spring and dashpot; μ(|N| + A) with adhesion", "YADE";
+        WholeForce "whole_force": "μ|N|, spring and dashpot; μ(|N| + A) with adhesion, of `dmt` and `jkr` μ|N_e + 2A| without the dashpot", "YADE";
         Spring "spring": "μ times the springs' force alone, k_n u; adhesion adds nothing", "";
     }
     tension: TensionRule, Dashpots,

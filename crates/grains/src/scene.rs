@@ -490,10 +490,32 @@ pub struct ContactLaw {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Rolling")]
     pub rolling: Option<Rolling>,
-    /// Surface energy γ of adhesion beside Hertz's springs, J/m²: a pull of 4πR*γ.
+    /// Surface energy γ of adhesion beside Hertz's springs, J/m².
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub adhesion: Option<f64>,
+    /// The law that γ is of.
+    #[serde(default, skip_serializing_if = "AdhesionLaw::is_pull")]
+    pub adhesion_law: AdhesionLaw,
+}
+
+/// What adhesion does beside Hertz's springs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AdhesionLaw {
+    /// A pull A = 4πR*γ as long as the surfaces touch; Coulomb's limit is that of |N| + A.
+    #[default]
+    Pull,
+    /// Derjaguin, Muller and Toporov: the same pull; Coulomb's limit is that of |N + 2A|.
+    Dmt,
+    /// Johnson, Kendall and Roberts: the contact's radius grows with γ, and it ends at the pull A = 3πR*γ.
+    Jkr,
+}
+
+impl AdhesionLaw {
+    pub(crate) fn is_pull(&self) -> bool {
+        *self == AdhesionLaw::Pull
+    }
 }
 
 /// How stiff a contact is along the normal and the tangent.

@@ -434,6 +434,7 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
             "there is adhesion",
             law(&|law| law.contact.adhesion.is_some()),
         ),
+        ("adhesion holds what has touched", law(&Law::holds)),
         (
             "there are several materials",
             law(&|law| !law.materials.is_empty()),

@@ -7,6 +7,7 @@ use evidence::moments::median;
 use grains::model::{Law, Wall};
 use grains::native::{NativeError, run_case};
 use grains::rules::TangentialDashpot;
+use grains::scene::AdhesionLaw;
 use grains::tables::{Across, Body, BodyIds, Contact, Snapshot};
 use grains::task::Case;
 use grains::vector::{Vector, hypot, minus};
@@ -262,7 +263,8 @@ pub fn contradiction(
     let limit = |contact: &Contact| {
         let pull = law.contact.adhesion.map_or(0.0, |energy| {
             let radius = state.bodies.radius[contact.id2 as usize];
-            4.0 * PI * radius * energy
+            // Twice the pull that there may be at most.
+            8.0 * PI * radius * energy
         });
         state.tangent(contact.id1, contact.id2) * (contact.normal_force.abs() + pull)
     };
@@ -282,10 +284,12 @@ pub fn contradiction(
     }))
 }
 
-/// Whether the law adds a tangential dashpot to what Coulomb's limit has cut.
+/// Whether the law adds a tangential dashpot to what Coulomb's limit has cut, or takes the limit from a force that is not written.
 fn is_beyond_the_limit(law: &Law, state: &Case) -> bool {
     let dashpot = law.resolved(state.model.rules).tangential_dashpot;
-    law.has_dashpots() && ![TangentialDashpot::None, TangentialDashpot::Within].contains(&dashpot)
+    let of_springs = law.contact.adhesion_law != AdhesionLaw::Pull;
+    let within = [TangentialDashpot::None, TangentialDashpot::Within].contains(&dashpot);
+    law.has_dashpots() && (of_springs || !within)
 }
 
 /// A share of a number that is rounding.

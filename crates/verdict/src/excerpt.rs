@@ -11,7 +11,6 @@ use grains::rules::Rules;
 use grains::scene::{AfterForce, Scene};
 use grains::tables::{Bodies, BodyIds, Memories, Remembered, RememberedAcross, Snapshot};
 use grains::task::{Case, Observer, Seen, Start, Task, Until};
-use grains::variant::Variant;
 use grains::vector::{Vector, hypot, minus, plus, times};
 
 use crate::Answer;
@@ -452,7 +451,7 @@ fn remembered_in_space(scene: &Scene, snapshot: &Snapshot) -> Memories {
     let start = Start::from(snapshot.clone());
     let model = Model::in_stage(scene, start.constants());
     let punch = start.punch_in(scene);
-    let reference = Reference::new(&model, &snapshot.bodies, punch, &Variant::default());
+    let reference = Reference::holding(&model, &snapshot.bodies, punch, &snapshot.contacts);
     let mut memories = Memories::default();
     for (told, across) in snapshot.contacts.iter().zip(&snapshot.across) {
         let ([nx, nz], ny) = (told.normal, across.normal);

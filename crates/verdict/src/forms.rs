@@ -2,7 +2,7 @@
 //! fitted anew.
 
 use grains::rules::{Choice, Needs, Rules};
-use grains::scene::Viscosity;
+use grains::scene::{Springs, Viscosity};
 use grains::task::Case;
 use grains::variant::{Form, Key};
 
@@ -58,6 +58,7 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
     let (model, law) = (&case.model, &case.model.law);
     let has_flat = case.punch.is_some() || !model.walls.is_empty();
     let restitution = matches!(law.contact.viscosity, Viscosity::Restitution { .. });
+    let is_hertz = law.contact.springs == Springs::HertzMindlin;
     let radii = &case.bodies.radius;
     match needs {
         Needs::Nothing => true,
@@ -71,6 +72,8 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
         Needs::DashpotsAndFriction => law.has_dashpots() && law.has_friction(),
         Needs::Restitution => restitution,
         Needs::RestitutionAndWalls => restitution && has_flat,
+        Needs::HertzAndFriction => is_hertz && law.has_friction(),
+        Needs::HertzAndWalls => is_hertz && has_flat,
     }
 }
 

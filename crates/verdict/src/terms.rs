@@ -13,7 +13,6 @@ use grains::rules::{
 };
 use grains::tables::{Body, Contact, Snapshot};
 use grains::task::Case;
-use grains::variant::Variant;
 use grains::vector::{Vector, cross, dot, each, hypot, minus, plus, times};
 use nalgebra::{DMatrix, DVector};
 
@@ -271,7 +270,7 @@ impl<'a> Follower<'a> {
             }
             before = past.take().map(|(_, loads)| loads);
             let model = &self.case.model;
-            let reference = Reference::new(model, &now_bodies, now.punch, &Variant::default());
+            let reference = Reference::holding(model, &now_bodies, now.punch, &now.contacts);
             let loads = self.contacts(&reference, now, at, rows);
             past = Some((now, loads));
         }
@@ -333,6 +332,7 @@ impl<'a> Follower<'a> {
                 };
                 let told = Told {
                     normal: was.normal,
+                    overlap: was.overlap,
                     tangential: plus(was.tangential, along),
                     braking: whole,
                     brakes: acts,
@@ -1275,7 +1275,7 @@ mod tests {
     use super::*;
     use crate::starts::{Bed, DISPERSION, State};
     use grains::rules::Choice;
-    use grains::variant::Form;
+    use grains::variant::{Form, Variant};
 
     fn states() -> Vec<State> {
         let bed = Bed::new(100, DISPERSION).expect("a bed");

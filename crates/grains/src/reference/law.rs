@@ -7,10 +7,10 @@ use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, series};
 use crate::rules::{
     Arms, ArmsAtWalls, LimitFrom, NewContact, RestitutionFormula, Slip, SlipAdded, SlipAtWalls,
-    SpringTurn, SpringWhenSliding, StiffnessMean, TangentialDashpot, TensionRule, WallMass,
-    WallStiffness,
+    SpringMemory, SpringTurn, SpringWhenSliding, StiffnessMean, TangentialDashpot, TensionRule,
+    WallMass, WallRadius, WallStiffness,
 };
-use crate::scene::{Rolling, Springs, Tension, Viscosity};
+use crate::scene::{AdhesionLaw, Rolling, Springs, Tension, Viscosity};
 use crate::tables::Body;
 use crate::variant::Form;
 use crate::vector::{Vector, cross, dot, hypot, minus, norm, plus, times};
@@ -25,8 +25,35 @@ pub(super) struct Pair {
     pub mass: f64,
     /// tan φ.
     pub tangent: f64,
-    /// Pull of adhesion, N.
+    /// Pull of adhesion, N; of Johnson, Kendall and Roberts the largest one.
     pub pull: f64,
+}
+
+impl Pair {
+    /// u/R* of Johnson, Kendall and Roberts where the pull is largest and the contact ends, in the way of [`Pair::root`].
+    fn least_root(&self) -> f64 {
+        (self.pull / self.k_n).cbrt()
+    }
+
+    /// The overlap at which such a contact ends, below 0, m.
+    pub(super) fn least_overlap(&self) -> f64 {
+        let root = self.least_root();
+        -root * root / 3.0
+    }
+
+    /// a/√R* of such a contact of radius a at this overlap: the largest root of a²/R* − 2√(πγa/E*) = u, from above by Newton's way.
+    fn root(&self, overlap: f64) -> f64 {
+        let energy = self.pull / self.k_n;
+        let mut root = overlap.max(0.0).sqrt() + (16.0 / 9.0 * energy).cbrt();
+        loop {
+            let pulled = 4.0 / 3.0 * (energy * root).sqrt();
+            let next = root - (root * root - pulled - overlap) / (2.0 * root - 0.5 * pulled / root);
+            if next >= root || next.is_nan() {
+                return root;
+            }
+            root = next;
+        }
+    }
 }
 
 /// A contact's constants at its overlap.
@@ -67,6 +94,7 @@ pub struct ByTable {
 #[derive(Debug, Clone, Copy)]
 pub struct Told {
     pub normal: Vector,
+    pub overlap: f64,
     /// Tangential force on body 2, N.
     pub tangential: Vector,
     /// What the dashpot along the tangent did or would have done, N, and whether it did.
@@ -152,10 +180,17 @@ impl Reference {
                 }
             }
             Springs::HertzMindlin => {
-                let radius = radii[0] * radii[1] / (radii[0] + radii[1]);
+                let radius = match self.rules().wall_radius {
+                    WallRadius::Flat if first != Body::Grain => radii[1],
+                    _ => radii[0] * radii[1] / (radii[0] + radii[1]),
+                };
                 let [k_n, k_s] = one.hertz_mindlin(two, radius);
                 let energy = law.contact.adhesion.unwrap_or(0.0);
-                (k_n, k_s, 4.0 * PI * radius * energy)
+                let pull = match law.holds() {
+                    true => 3.0 * PI * radius * energy,
+                    false => 4.0 * PI * radius * energy,
+                };
+                (k_n, k_s, pull)
             }
         };
         let rigid = self.rules().wall_stiffness == WallStiffness::Rigid;
@@ -197,11 +232,20 @@ impl Reference {
 
     /// The constants of these bodies' contact at this overlap.
     fn strength(&self, ids: Ids, touch: &Touch, pair: &Pair) -> Strength {
+        self.strength_at(ids, touch.overlap, touch.first, pair)
+    }
+
+    fn strength_at(&self, ids: Ids, u: f64, first: Body, pair: &Pair) -> Strength {
         let constants = &self.constants;
         let contact = &constants.law.contact;
-        let u = touch.overlap;
         let (elastic, k_n, k_s) = match contact.springs {
             Springs::Linear => (pair.k_n * u, pair.k_n, pair.k_s),
+            Springs::HertzMindlin if constants.law.holds() => {
+                let root = pair.root(u);
+                // 4 E* a³/(3 R*) − 4 a^1.5 √(π γ E*) is (p − √A)² − A.
+                let above = (pair.k_n * root * root * root).sqrt() - pair.pull.sqrt();
+                (above * above, 1.5 * pair.k_n * root, pair.k_s * root)
+            }
             Springs::HertzMindlin => {
                 let root = power(u, 0.5);
                 (
@@ -219,7 +263,7 @@ impl Reference {
             Viscosity::Restitution { .. } | Viscosity::Ratio { .. } => by_ratio(normal, k_n),
         };
         c_n *= self.restitution_factor();
-        if touch.first == Body::Grain && self.has(Form::DashpotOfMeanMass) {
+        if first == Body::Grain && self.has(Form::DashpotOfMeanMass) {
             let [m1, m2] = [ids.0, ids.1].map(|id| self.sizes.mass[id as usize]);
             c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
         }
@@ -334,11 +378,12 @@ impl Reference {
                 true => minus(told.tangential, told.braking),
                 false => told.tangential,
             },
+            k_s: self.strength_at(ids, told.overlap, touch.first, &pair).k_s,
             ..Memory::new(ids, pair)
         });
         let (tangential_by_law, ..) =
             self.shear(touch, on, (&pair, &strength), told, memory.as_ref());
-        let kept = memory.map_or(NONE, |memory| memory.shear);
+        let kept = memory.map_or(NONE, |memory| self.rescaled(&memory, &strength));
         let turns = memory.map_or([NONE; 2], |memory| {
             let with = self.turned(
                 memory.normal,
@@ -423,7 +468,10 @@ impl Reference {
                 force: plus(normal_force, NONE),
                 torques: [NONE; 2],
                 moment: NONE,
-                memory: None,
+                memory: self.constants.law.holds().then(|| Memory {
+                    normal: touch.normal,
+                    ..Memory::new(ids, pair)
+                }),
             };
         }
         let (shear, kept, slides) =
@@ -445,6 +493,7 @@ impl Reference {
                 twisting,
                 slides,
                 pair,
+                k_s: strength.k_s,
             }),
         }
     }
@@ -482,6 +531,9 @@ impl Reference {
         }
         if law.contact.adhesion.is_none() {
             return NONE;
+        }
+        if law.contact.adhesion_law != AdhesionLaw::Pull {
+            return force;
         }
         // YADE's: where the dashpot pulls more than adhesion does, it is left out and adhesion counted twice.
         let size = norm(viscous);
@@ -537,8 +589,8 @@ impl Reference {
         let dt = self.constants.dt;
         let before_turn = self.rules().slip_added == SlipAdded::BeforeTurn;
         let mut shear = match remembered {
-            Some(memory) if before_turn => memory.shear,
-            Some(memory) => self.turned(memory.normal, memory.shear, touch, on),
+            Some(memory) if before_turn => self.rescaled(memory, strength),
+            Some(memory) => self.turned(memory.normal, self.rescaled(memory, strength), touch, on),
             None => NONE,
         };
         let (slip, along) = self.slip(touch, on);
@@ -611,7 +663,23 @@ impl Reference {
         )
     }
 
-    /// Coulomb's, N, and its square. Of linear springs the square comes first, as in YADE. Adhesion presses as much as it pulls.
+    /// What the spring keeps of its force of the step before, N, now that k_s is another one.
+    fn rescaled(&self, memory: &Memory, strength: &Strength) -> Vector {
+        if memory.k_s <= 0.0 {
+            return memory.shear;
+        }
+        let growth = strength.k_s / memory.k_s;
+        let factor = match self.rules().spring_memory {
+            SpringMemory::Force => return memory.shear,
+            SpringMemory::Displacement => growth,
+            SpringMemory::DisplacementRescaled => growth * growth.min(1.0),
+            SpringMemory::ForceRescaled => growth.min(1.0),
+        };
+        times(factor, memory.shear)
+    }
+
+    /// Coulomb's, N, and its square. Of linear springs the square comes first, as in YADE. Adhesion presses as much as it pulls,
+    /// and twice as much by the laws that say nothing of the dashpot.
     fn limit(&self, pair: &Pair, strength: &Strength, normal_force: Vector) -> (f64, f64) {
         match (self.rules().limit_from, self.is_linear()) {
             (LimitFrom::WholeForce, true) => {
@@ -621,7 +689,10 @@ impl Reference {
             (from, _) => {
                 let pressing = match from {
                     LimitFrom::Spring => strength.elastic,
-                    LimitFrom::WholeForce => norm(normal_force) + pair.pull,
+                    LimitFrom::WholeForce => match self.constants.law.contact.adhesion_law {
+                        AdhesionLaw::Pull => norm(normal_force) + pair.pull,
+                        AdhesionLaw::Dmt | AdhesionLaw::Jkr => strength.elastic + pair.pull,
+                    },
                 };
                 let limit = pressing * pair.tangent;
                 (limit, limit * limit)

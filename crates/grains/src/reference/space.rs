@@ -12,7 +12,7 @@ use crate::native::lanes::{LANES, Lanes};
 use crate::native::powers::Powers;
 use crate::native::state::Constants;
 use crate::rules::{Arms, NewContact, Rules, Slip, TensionRule};
-use crate::scene::{Springs, Viscosity};
+use crate::scene::{AdhesionLaw, Springs, Viscosity};
 use crate::tables::Body;
 use crate::vector::{Vector, cross, dot, each, minus, plus, times};
 
@@ -72,6 +72,7 @@ impl Space {
         let is_usual = law.resolved(Rules::default()) == *rules;
         let whole_step = rules.new_contact == NewContact::WholeStep;
         let plain = reference.variant.forms.is_empty() && reference.sizes.in_space;
+        let plain = plain && law.contact.adhesion_law == AdhesionLaw::Pull;
         if !(plain && is_usual && whole_step && law.rotates()) {
             return None;
         }
@@ -236,6 +237,7 @@ impl Memory {
             twisting: none,
             slides: false,
             pair,
+            k_s: 0.0,
         }
     }
 }
@@ -261,6 +263,7 @@ impl Kept {
             twisting,
             slides: self.slides.get(at).is_some_and(|slides| *slides),
             pair: self.pair[at],
+            k_s: 0.0,
         }
     }
 

@@ -1,5 +1,7 @@
 //! Where two bodies touch: grains, a grain and a wall, a grain and the punch.
 
+use std::f64::consts::PI;
+
 use super::{Ids, Reference, Touching};
 use crate::model::Wall;
 use crate::obstacle::{Kind, Placed};
@@ -63,7 +65,7 @@ impl Reference {
         let gap = NEAR * self.largest_radius();
         let far = self.near_obstacles.steps as f64 * stride > 0.49 * gap;
         match far || self.have_gone(&self.near_obstacles.near.at, gap) {
-            true => self.near_obstacles = self.list_at_obstacles(gap),
+            true => self.near_obstacles = self.list_at_obstacles(gap + self.longest_hold()),
             false => self.near_obstacles.steps += 1,
         }
         let touches = self.near_obstacles.near.pairs.iter().filter_map(|ids| {
@@ -115,7 +117,8 @@ impl Reference {
     fn obstacle(&self, ids: Ids) -> Option<Touch> {
         let grain = ids.1 as usize;
         let (place, radius) = (self.motions[grain].place, self.sizes.radius[grain]);
-        let place = self.obstacle_of(ids.0)?.touch(place, radius)?;
+        let (obstacle, least) = (self.obstacle_of(ids.0)?, self.least_overlap(ids));
+        let place = obstacle.touch(place, radius, least)?;
         let slip = match place.kind {
             Kind::Plane => self.rules().slip,
             Kind::Triangle | Kind::BoxFromOutside => Slip::ContactPoint,
@@ -172,7 +175,7 @@ impl Reference {
         let way = minus(two, one);
         let distance = norm(way);
         let overlap = r1 + r2 - distance;
-        if overlap < 0.0 || overlap.is_nan() {
+        if overlap.is_nan() || overlap < 0.0 && overlap < self.least_overlap(ids) {
             return None;
         }
         let is_lost = self.variant.forms.iter().any(|form| match form {
@@ -200,7 +203,7 @@ impl Reference {
         let mut normal = [0.0; 3];
         normal[axis] = if distance > 0.0 { 1.0 } else { -1.0 };
         point[axis] = wall.place;
-        (overlap >= 0.0).then_some(Touch {
+        (overlap >= 0.0 || overlap >= self.least_overlap(ids)).then_some(Touch {
             first: Body::Wall,
             overlap,
             normal,
@@ -252,7 +255,7 @@ impl Reference {
         let normal = way.map(|part| -(part / distance));
         let nearest = [nearest_x + cx, place[1], nearest_z + cz];
         let slip = self.slip_at_walls(Slip::ContactPoint);
-        (overlap >= 0.0).then(|| flat(overlap, normal, nearest, slip))
+        (overlap >= self.least_overlap(ids)).then(|| flat(overlap, normal, nearest, slip))
     }
 
     /// Which slip a flat body has that has this one as between grains.
@@ -268,8 +271,33 @@ impl Reference {
     fn find_near(&mut self) {
         let gap = NEAR * self.largest_radius();
         if self.have_gone(&self.near.at, gap) {
-            self.near = self.near_pairs(gap);
+            self.near = self.near_pairs(gap + self.longest_hold());
         }
+    }
+
+    /// The overlap below which these bodies do not touch: less than 0 where adhesion holds what has touched.
+    fn least_overlap(&self, ids: Ids) -> f64 {
+        if !self.constants.law.holds() {
+            return 0.0;
+        }
+        let memory = self
+            .memories
+            .binary_search_by_key(&ids, |memory| memory.ids);
+        memory.map_or(0.0, |at| self.memories[at].pair.least_overlap())
+    }
+
+    /// How far apart surfaces may be at most that adhesion holds, m.
+    fn longest_hold(&self) -> f64 {
+        let law = &self.constants.law;
+        if !law.holds() {
+            return 0.0;
+        }
+        let radius = self.largest_radius();
+        let pull = 3.0 * PI * radius * law.contact.adhesion.unwrap_or(0.0);
+        let solids = (0..=law.materials.len() as u32).map(|material| law.solid(material));
+        let holds =
+            solids.map(|solid| (pull / solid.hertz_mindlin(solid, radius)[0]).powf(2.0 / 3.0));
+        holds.fold(0.0, f64::max) / 3.0
     }
 
     pub(super) fn largest_radius(&self) -> f64 {

@@ -394,6 +394,12 @@ fn in_space(at: &str, scene: &Scene, found: &mut Findings<'_>) {
             hertz,
         ),
         (
+            "adhesion_law",
+            !contact.adhesion_law.is_pull(),
+            "left out, or /contact/adhesion given",
+            contact.adhesion.is_some(),
+        ),
+        (
             "rolling",
             contact.rolling.is_some(),
             "left out in the plane",
