@@ -234,7 +234,7 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
 struct InSpace {
     name: String,
     flags: Vec<String>,
-    /// What is wrong with it, as it is told to the engine.
+    /// What is wrong with it, or which rules it has, as it is told to the engine.
     switch: Option<String>,
     /// A word that says so.
     #[serde(default)]
@@ -261,8 +261,12 @@ fn right_engines_of_spheres_are_equal_to_rounding_and_wrong_ones_are_not() {
     let mut rows = vec!["engine,is,judged,term named".to_owned()];
     let (mut alarms, mut missed, mut named, mut count) = (Vec::new(), Vec::new(), 0, 0);
     for engine in corpus.right.iter().step_by(every) {
-        let program = compiled_of("spheres.c", folder, &engine.name, &engine.flags);
-        let of = judged(&reference, program);
+        let mut made = compiled_of("spheres.c", folder, &engine.name, &engine.flags);
+        if let Some(switch) = &engine.switch {
+            let script = format!("#!/bin/sh\nFAULT='{switch}' exec '{}' \"$@\"\n", made.display());
+            made = program(folder, format!("{}.sh", engine.name), &script);
+        }
+        let of = judged(&reference, made);
         let word = of.verdict().in_words();
         println!("{:24} {word}", engine.name);
         rows.push(format!("{},right,{word},", engine.name));

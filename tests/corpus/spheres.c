@@ -100,7 +100,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(history_projected)   /* projected instead of turned */                                                           \
     X(history_sliding)     /* after sliding, 1: nothing is kept; 2: all of it is */                                    \
     X(history_at_walls)    /* none there */                                                                            \
-    X(history_displacement) /* the spring keeps a displacement */                                                      \
+    X(history_displacement) /* the spring keeps 1: a displacement; 2: one that shrinks with the contact; 3: such a force */ \
     X(new_contact)         /* 1: no slip in its first step; 2: half of it */                                           \
     X(coulomb)             /* 1: none; 2: each component by itself; 3: of the spring; 4: of the pull too, or not */     \
     X(tan_phi_is_phi)                                                                                                  \
@@ -116,6 +116,10 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(adhesion_radius)     /* 1: the sum; 2: the smaller; 3: the mean */                                               \
     X(adhesion_missing)    /* 1: at walls and punch; 2: of pairs */                                                    \
     X(adhesion_push)                                                                                                   \
+    X(dmt)                 /* the limit has 1: one pull, as |N| + A; 2: the dashpot; 3: clipped as another law's */       \
+    X(jkr)                 /* 1: ends with the surfaces; 2: begins at the largest pull; 3: a = sqrt(R*u) of k_n and k_s; */ \
+                           /* 4: limit of F alone; 5: pull of 4 pi; 6: w = gamma, not 2 gamma; 7: ends where it breaks */ \
+    X(declares)            /* rules, 1 to 3: spring_memory as history_displacement; 4: flat walls; 5: both 1 and 4 */       \
     X(torque_arms)         /* 1: R; 2: R at walls; 3: R-u; 4: the other way */                                         \
     X(torque_other)        /* 1: other sign on the second; 2: none on the second; 3: none at walls; 4: of the whole */  \
     X(torque_axis) X(force_axis) X(velocity_axis) X(damping_axis) /* left out */                                       \
@@ -314,7 +318,7 @@ typedef struct {
     bool inside_punch;
     V normal, point, shear, bending, twisting, force, tangent, torques[2], moment;
     V slip, stuck, told; /* for the museum: the slip velocity, the tangential force when it last stuck, what is written as force */
-    local overlap, spring, apart;
+    local overlap, spring, apart, k_s, least; /* and the overlap at which it ends */
 } Contact;
 
 typedef struct { Contact *of; size_t count, room; } List; /* by rising ids */
@@ -337,9 +341,13 @@ static real gravity[6], alpha, dt, mean_radius, middle;
 static Material *materials; /* the first one is that of the law */
 static double wall_friction, punch_friction; /* below 0: none of their own */
 static local damping_constant, damping_ratio, shear_ratio, surface_energy, bending_stiffness, twisting_stiffness, rolling_limit;
+static enum { PULL, DMT, JKR } adheres;
 static bool friction, rotates, hertz, dashpots, clipped, corrected, half_overlap, whole_step, rolling;
 
 /* ---- where bodies touch ---- */
+
+/* The overlap from which on the pair touches that is looked at. */
+static local held;
 
 static bool touches_grain(Contact *of)
 {
@@ -352,7 +360,7 @@ static bool touches_grain(Contact *of)
     of->normal = over(apart, distance);
     of->point = plus(a, times(one->radius - (local)0.5 * of->overlap, of->normal));
     if (museum(25) && distance * distance * LENGTH * LENGTH >= 1000) return false;
-    return of->overlap >= 0 && !(fault.pairs_missed == 4 && fabs(apart.of[Y]) > (local)0.9 * (one->radius + two->radius));
+    return of->overlap >= held && !(fault.pairs_missed == 4 && fabs(apart.of[Y]) > (local)0.9 * (one->radius + two->radius));
 }
 
 static bool touches_wall(Contact *of)
@@ -366,7 +374,7 @@ static bool touches_wall(Contact *of)
     of->point = of_reals(two->x);
     of->point.of[axis] = walls[index].place;
     if (museum(25) && !(fabs(distance) * LENGTH < 1.0)) return false;
-    return of->overlap >= 0 && fault.wall_missing != index + 1;
+    return of->overlap >= held && fault.wall_missing != index + 1;
 }
 
 /* The punch is endless along y. */
@@ -393,7 +401,7 @@ static bool touches_punch(Contact *of)
         of->normal = times(-1, b);
         of->point = times(0.5, plus(plus(inner, of_punch), plus(centre, times(radius, b))));
         const bool corner = toward.of[X] != 0 && toward.of[Z] != 0;
-        return of->overlap >= 0 && !(corner && fault.punch_corners);
+        return of->overlap >= held && !(corner && fault.punch_corners);
     }
     const local free_x = punch.half[X] - fabs(relative.of[X]), free_z = punch.half[Z] - fabs(relative.of[Z]);
     const int axis = free_z < free_x ? Z : X;
@@ -448,6 +456,17 @@ static V turned_spring(V was, const Contact *old, V now, V spin1, V spin2)
     if (!museum(15) && !(museum(24) && hertz)) return turned(was, old->normal, now, spin1, spin2);
     const V left = minus(was, times(dot(was, now), now));
     return museum(15) && size(left) > 0 ? times(size(was) / size(left), left) : left;
+}
+
+/* The radius of a contact by Johnson, Kendall and Roberts: a root of a^4 - 2 R u a^2 - 4 pi g R^2/E a + R^2 u^2 (Ferrari's way). */
+static local contact_radius(local radius, local modulus, local energy, local u)
+{
+    const local k = radius * u, q = 4 * acos((local)-1) * energy * radius * radius / modulus;
+    if (!(q > 0)) return sqrt(k);
+    const local half = (local)8 / 27 * k * k * k + q * q / 16;
+    const local third = cbrt(half + q / 4 * sqrt((local)16 / 27 * k * k * k + q * q / 16));
+    const local s = (local)5 / 3 * k + third + (local)4 / 9 * k * k / third, w = sqrt(2 * (s - k));
+    return (w + sqrt(w * w - 4 * (s - 2 * k - q / (2 * w)))) / 2;
 }
 
 typedef struct { local radius, normal, shear; } Stiffness;
@@ -561,13 +580,27 @@ static void act(Contact *of, const Contact *old)
     if (fault.slip_axis) slip.of[AXIS(fault.slip_axis)] = 0;
 
     /* Along the normal. */
-    const local k_n = hertz ? ((local)1.5 * k.normal * scale) * root(u) : k.normal * scale;
-    local k_s = (hertz ? k.shear * root(fault.shear_secant ? (local)0.01 * r2 : u) : k.shear) * (local)fault.k_s;
+    const local pi = acos((local)-1), energy = surface_energy / (fault.jkr == 6 ? 2 : 1);
+    const local modulus = (local)0.75 * k.normal * scale / sqrt(k.radius);
+    local along = 0, reach = 0;
+    if (hertz && adheres == JKR) {
+        along = reach = contact_radius(k.radius, modulus, energy, u);
+        of->least = -pow(9 * pi * energy * k.radius * k.radius / (4 * modulus), (local)2 / 3) / (3 * k.radius);
+        if (fault.jkr == 1) of->least = 0;
+        if (fault.jkr == 7) of->least *= pow((local)9, (local)1 / 3);
+        along /= sqrt(k.radius);
+        if (fault.jkr == 3) along = root(u > 0 ? u : 0);
+    } else if (hertz) along = root(u);
+    const local k_n = hertz ? ((local)1.5 * k.normal * scale) * along : k.normal * scale;
+    local k_s = (hertz ? k.shear * (fault.shear_secant ? root((local)0.01 * r2) : along) : k.shear) * (local)fault.k_s;
     if (museum(1) && flat && !hertz) k_s *= sqrt(u * r2) * (local)LENGTH;
-    local pull_radius = k.radius, pull = 0, spring = hertz ? k.normal * scale * root_cubed(u) : k_n * u;
+    local pull_radius = k.radius, pull = 0, spring = hertz ? adheres == JKR ? 0 : k.normal * scale * root_cubed(u) : k_n * u;
     if (fault.adhesion_radius) pull_radius = fault.adhesion_radius == 2 ? fmin(r1, r2) : r1 + r2;
     if (fault.adhesion_radius == 3) pull_radius /= 2;
-    if (fault.adhesion_missing != (flat ? 1 : 2)) pull = 4 * acos((local)-1) * pull_radius * surface_energy;
+    const local share = hertz && adheres == JKR && fault.jkr != 5 ? 3 : 4;
+    if (fault.adhesion_missing != (flat ? 1 : 2)) pull = share * pi * pull_radius * energy;
+    if (hertz && adheres == JKR)
+        spring = 4 * modulus * reach * reach * reach / (3 * k.radius) - 4 * reach * sqrt(pi * energy * modulus * reach) + pull;
     const local elastic = fault.adhesion_push ? spring + pull : spring - pull, mass = effective_mass(of);
     const local factor = fault.dashpot_half ? 1 : 2, braked = dot(n, fault.dashpot_corrected ? relative : velocity);
     local c_n = damping_constant, c_s = 0;
@@ -582,7 +615,7 @@ static void act(Contact *of, const Contact *old)
         normal = times(both < 0 && clipped ? 0 : both, n);
     } else if (dashpots) {
         const V viscous = times(c_n, times(braked, n)), both = minus(normal, viscous);
-        if (!clipped || dot(both, n) >= 0) normal = both;
+        if (!clipped || dot(both, n) >= 0 || (adheres && fault.dmt != 3)) normal = both;
         else if (pull == 0) normal = (V){{0}};
         else normal = size(viscous) > pull ? minus(normal, times(pull, over(viscous, size(viscous)))) : both;
     }
@@ -601,12 +634,17 @@ static void act(Contact *of, const Contact *old)
         if (museum(13)) added = remembers ? times(k_s * time, old->slip) : (V){{0}};
         if (museum(2) && flat && !hertz) added = times(c_n / c_n, added);
         if (remembers) kept = old->shear;
-        if (remembers && fault.history_displacement && hertz) kept = times(root(u) / root(old->overlap), kept);
+        if (remembers && fault.history_displacement && hertz) {
+            const local growth = k_s / old->k_s, shrinks = fmin(growth, (local)1);
+            kept = times(fault.history_displacement == 3 ? shrinks : growth * (fault.history_displacement == 2 ? shrinks : 1), kept);
+        }
         if (fault.history_turned_late) kept = minus(kept, added), added = (V){{0}};
         if (remembers && !fault.history_not_turned) kept = turned_spring(kept, old, n, spin1, spin2);
         kept = minus(kept, added);
         const local tangent = tan_phi(of, a, b);
-        const local force = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? pressure : pressure + pull;
+        local force = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? pressure : pressure + pull;
+        if (adheres && !fault.coulomb && fault.dmt != 1) force = fault.dmt == 2 ? fabs(dot(normal, n) + 2 * pull) : fabs(spring + pull);
+        if (adheres == JKR && fault.jkr == 4) force = fabs(elastic);
         local limit = force * tangent, squared = limit * limit;
         if (!hertz && fault.coulomb != 3) squared = dot(normal, normal) * (tangent * tangent), limit = sqrt(squared);
         const V dashpot = times(fault.shear_dashpot == 1 ? 0 : c_s, over(times(dt, slip), dt));
@@ -628,6 +666,7 @@ static void act(Contact *of, const Contact *old)
         }
     }
     of->shear = kept;
+    of->k_s = k_s;
     of->spring = elastic;
     of->force = plus(normal, sideways);
     of->tangent = minus(of->force, times(dot(of->force, n), n));
@@ -760,7 +799,7 @@ static void search(void)
 {
     enum { BUCKETS = 1 << 14 };
     static int first[BUCKETS], *next, (*cell)[3];
-    const real margin = fault.pairs_every ? 1 : 1.001; /* rounding must not lose a pair */
+    const real margin = adheres == JKR ? 1.05 : fault.pairs_every ? 1 : 1.001; /* rounding must not lose a pair */
     real width = 0;
     for (int id = 0; id < count; id++) width = fmax(width, 2 * margin * grains[id].radius);
 #define BUCKET(x, y, z) (((x) * 73856093u ^ (y) * 19349663u ^ (z) * 83492791u) % BUCKETS)
@@ -804,9 +843,11 @@ static int in_order(const Contact *a, const Contact *b)
 static void consider(int first, int second, bool touches(Contact *), size_t *old)
 {
     Contact of = {.first = first, .second = second};
-    if (!touches(&of)) return;
     while (*old < before.count && in_order(&before.of[*old], &of) < 0) ++*old;
-    act(&of, *old < before.count && in_order(&before.of[*old], &of) == 0 ? &before.of[*old] : NULL);
+    const Contact *was = *old < before.count && in_order(&before.of[*old], &of) == 0 ? &before.of[*old] : NULL;
+    held = was ? was->least : fault.jkr == 2 && adheres == JKR ? -1e-6 / LENGTH : 0;
+    if (touches(&of)) act(&of, was);
+    else return;
     if (contacts.count == contacts.room)
         contacts.of = resized(contacts.of, contacts.room = 2 * contacts.room + 64, sizeof *contacts.of);
     contacts.of[contacts.count++] = of;
@@ -1030,6 +1071,7 @@ static void read_model(const char *model)
     dashpots = !is(viscosity, "kind", "none");
     clipped = clipped != (fault.clipping != 0);
     surface_energy = number_or(contact, "adhesion", 0) * fault.adhesion * TIME * TIME / MASS;
+    adheres = is(contact, "adhesion_law", "jkr") ? JKR : is(contact, "adhesion_law", "dmt") ? DMT : PULL;
     const char *moments = given(contact, "rolling");
     rolling = moments && rotates;
     if (moments) {
@@ -1389,10 +1431,17 @@ static long run(const char *folder)
 
 static void describe(void)
 {
-    static const char *const of_space[3] = {"\"space\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"materials\", ", "",
-        "\"space_alone\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"materials\", "};
+    static const char *const of_space[3] = {"\"space\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"dmt\", \"jkr\", \"materials\", ",
+        "",
+        "\"space_alone\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"dmt\", \"jkr\", \"materials\", "};
     const char *rules = "";
     if (museum(14)) rules = ", \"rules\": {\"given_velocities\": \"at_start\", \"written_velocities\": \"whole_step\"}";
+    static const char *const kept[6] = {"", "\"spring_memory\": \"displacement\"", "\"spring_memory\": \"displacement_rescaled\"",
+        "\"spring_memory\": \"force_rescaled\"", "\"wall_radius\": \"flat\"",
+        "\"wall_radius\": \"flat\", \"spring_memory\": \"displacement\""};
+    char declared[128];
+    snprintf(declared, sizeof declared, ", \"rules\": {%s}", kept[(int)fault.declares]);
+    if (fault.declares) rules = declared;
     if (museum(26)) rules = ", \"rules\": {\"restitution\": \"cut\"}";
     printf("{\"protocol\": %d, \"name\": \"spheres\", \"version\": \"1\", \"parts\": [\"normal_spring\", \"tangential_spring\", "
            "\"wall_friction\", \"rotation\", \"dashpots\", \"local_damping\", " STAGES "%s\"gravity\", \"walls\", \"punch\", "

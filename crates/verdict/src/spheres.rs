@@ -6,7 +6,10 @@ use evidence::random::Source;
 use grains::model::{Axis, Law, Model, Solid, Wall};
 use grains::native::NativeError;
 use grains::obstacle::{Obstacle, Surface};
-use grains::scene::{ContactLaw, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, parse_scene};
+use grains::scene::{
+    AdhesionLaw, ContactLaw, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
+    parse_scene,
+};
 use grains::tables::{Bodies, Punch};
 use grains::task::Case;
 
@@ -23,6 +26,8 @@ const PRESSED: f64 = 1.5;
 const SPIN: f64 = 40.0;
 /// States of drawn laws.
 const DRAWN: u64 = 48;
+/// More, of which some have adhesion of DMT or JKR.
+const ADHESIVE: u64 = 24;
 /// How many times as fast grains are in some states.
 const FASTER: f64 = 3.0;
 /// What grains of other materials are made of.
@@ -56,7 +61,7 @@ type Change = fn(&mut Model, &mut Bodies);
 const HERTZ: usize = 3;
 const DASHPOTS: usize = 6;
 
-const LAWS: [(&str, Change); 14] = [
+const LAWS: [(&str, Change); 17] = [
     ("linear springs in space", |model, _| {
         model.law.contact = ContactLaw::default();
         model.law.friction_angle = 0.0;
@@ -135,6 +140,26 @@ const LAWS: [(&str, Change); 14] = [
         };
         floor_of(model, vec![of([0.35, 0.3], 0.0), of([0.7, 0.75], 0.5)]);
     }),
+    ("Hertz–Mindlin with adhesion of DMT", |model, _| {
+        adhesive(&mut model.law.contact, AdhesionLaw::Dmt, ADHESION);
+    }),
+    ("Hertz–Mindlin with adhesion of JKR", |model, _| {
+        adhesive(&mut model.law.contact, AdhesionLaw::Jkr, ADHESION);
+        model.law.contact.viscosity = Viscosity::None;
+    }),
+    (
+        "Hertz with adhesion of JKR, four materials",
+        |model, bodies| {
+            materials(model, bodies, &[SOFTER, STIFFER, BRITTLE]);
+            model
+                .law
+                .materials
+                .iter_mut()
+                .for_each(|of| of.friction_angle = 0.0);
+            model.law.friction_angle = 0.0;
+            adhesive(&mut model.law.contact, AdhesionLaw::Jkr, 3.0 * ADHESION);
+        },
+    ),
 ];
 
 /// How far obstacles stand into the grains that lie on the floor, over the width of the box; and how much a plane is tilted.
@@ -180,6 +205,10 @@ fn uneven(model: &Model) -> Vec<Surface> {
         [[a, b, c], [d, b, c]].map(|vertices| Surface::Triangle { vertices })
     };
     (0..ALONG * ALONG).flat_map(cell).collect()
+}
+
+fn adhesive(contact: &mut ContactLaw, law: AdhesionLaw, energy: f64) {
+    (contact.adhesion, contact.adhesion_law) = (Some(energy), law);
 }
 
 fn linear(law: &mut Law) {
@@ -268,6 +297,16 @@ fn states(bed: &Bed) -> Vec<State> {
         }
     }
     all.extend((1..=DRAWN).filter_map(|number| drawn_state(bed, number)));
+    // Hertz's among a few more, with either of the other laws of adhesion.
+    let more =
+        (1..=ADHESIVE).filter_map(|number| Some((number, drawn_state(bed, DRAWN + number)?)));
+    let hertz = more.filter(|(_, of)| of.case.model.law.contact.springs == Springs::HertzMindlin);
+    all.extend(hertz.map(|(number, mut state)| {
+        let law = [AdhesionLaw::Jkr, AdhesionLaw::Dmt][number as usize / 2 % 2];
+        let energy = ADHESION * [0.1, 1.0, 3.0][number as usize % 3];
+        adhesive(&mut state.case.model.law.contact, law, energy);
+        state
+    }));
     all
 }
 
