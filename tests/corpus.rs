@@ -263,7 +263,10 @@ fn right_engines_of_spheres_are_equal_to_rounding_and_wrong_ones_are_not() {
     for engine in corpus.right.iter().step_by(every) {
         let mut made = compiled_of("spheres.c", folder, &engine.name, &engine.flags);
         if let Some(switch) = &engine.switch {
-            let script = format!("#!/bin/sh\nFAULT='{switch}' exec '{}' \"$@\"\n", made.display());
+            let script = format!(
+                "#!/bin/sh\nFAULT='{switch}' exec '{}' \"$@\"\n",
+                made.display()
+            );
             made = program(folder, format!("{}.sh", engine.name), &script);
         }
         let of = judged(&reference, made);

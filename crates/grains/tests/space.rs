@@ -4,9 +4,9 @@ use grains::generate::initial_bodies;
 use grains::measure::porosity;
 use grains::model::{Model, Solid};
 use grains::native::{self, Options};
-use grains::rules::SpringTurn;
+use grains::rules::{SpringMemory, SpringTurn};
 use grains::scene::{
-    Cloud, ContactLaw, Damping, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms,
+    AdhesionLaw, Cloud, ContactLaw, Damping, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms,
     Viscosity, paper_scene, parse_scene,
 };
 use grains::tables::{Bodies, Memories, Punch, Snapshot, Stage};
@@ -269,7 +269,20 @@ fn lists_and_lanes_have_the_bits_of_the_step_written_out() {
 /// With dashpots, moments and the punch, between two steps in which contacts stick and slide.
 #[test]
 fn a_run_goes_on_from_its_moments_with_the_same_bits() {
+    goes_on_from_its_moments(poured());
+}
+
+/// The radius of the contact a step ago and contacts beyond their surfaces come back too.
+#[test]
+fn a_run_with_springs_that_shrink_and_adhesion_that_holds_goes_on_with_the_same_bits() {
     let mut scene = poured();
+    scene.contact.adhesion = Some(0.5);
+    scene.contact.adhesion_law = AdhesionLaw::Jkr;
+    scene.rules.spring_memory = SpringMemory::DisplacementRescaled;
+    goes_on_from_its_moments(scene);
+}
+
+fn goes_on_from_its_moments(mut scene: Scene) {
     scene.particles.count = 60;
     (scene.container.width, scene.container.depth) = (0.05, Some(0.04));
     let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
@@ -299,6 +312,9 @@ fn a_run_goes_on_from_its_moments_with_the_same_bits() {
     let loading = of_stage(Stage::Load).filter(is_lively);
     let loading: Vec<_> = loading.filter(|moment| punched(moment)).collect();
     assert!(pouring.len() > 5 && loading.len() > 5);
+    let held = whole.iter().flat_map(|moment| &moment.contacts);
+    let held = held.filter(|contact| contact.overlap < 0.0).count();
+    assert_eq!(held > 0, scene.contact.adhesion.is_some());
     for from in [
         pouring[2],
         pouring[pouring.len() / 2],
