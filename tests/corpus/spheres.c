@@ -634,7 +634,7 @@ static void act(Contact *of, const Contact *old)
         if (museum(13)) added = remembers ? times(k_s * time, old->slip) : (V){{0}};
         if (museum(2) && flat && !hertz) added = times(c_n / c_n, added);
         if (remembers) kept = old->shear;
-        if (remembers && fault.history_displacement && hertz) {
+        if (remembers && fault.history_displacement) {
             const local growth = k_s / old->k_s, shrinks = fmin(growth, (local)1);
             kept = times(fault.history_displacement == 3 ? shrinks : growth * (fault.history_displacement == 2 ? shrinks : 1), kept);
         }
