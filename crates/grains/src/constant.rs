@@ -259,15 +259,10 @@ static ROWS: [Row; 34] = [
             });
         },
     ),
-    constant(
-        -7,
-        "γ",
-        "law.contact.adhesion: the pull 4π R* γ",
-        |given, by| {
-            let adhesion = given.constants.law.contact.adhesion.iter_mut();
-            adhesion.for_each(|energy| *energy *= 1.0 + by);
-        },
-    ),
+    constant(-7, "γ", "law.contact.adhesion", |given, by| {
+        let adhesion = given.constants.law.contact.adhesion.iter_mut();
+        adhesion.for_each(|energy| *energy *= 1.0 + by);
+    }),
     constant(
         -8,
         "E of material 1",

@@ -6,8 +6,8 @@ use grains::model::{Model, Solid};
 use grains::native::{self, Options};
 use grains::rules::{SpringMemory, SpringTurn};
 use grains::scene::{
-    AdhesionLaw, Cloud, ContactLaw, Damping, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms,
-    Viscosity, paper_scene, parse_scene,
+    AdhesionLaw, Cloud, ContactLaw, Damping, Rolling, Scene, SlipVelocity, Springs, Tension,
+    TorqueArms, Viscosity, paper_scene, parse_scene,
 };
 use grains::tables::{Bodies, Memories, Punch, Snapshot, Stage};
 use grains::task::{Case, Start, Task, Until};

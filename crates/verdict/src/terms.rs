@@ -1120,7 +1120,10 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
     }
     let sizes = &rows[0].sizes;
     let logarithm = |row: &Row, size: usize| row.sizes[size].1.ln();
+    // What adhesion holds has an overlap below 0.
+    let has_power = |size: &usize| rows.iter().all(|row| logarithm(row, *size).is_finite());
     let sets = (1..=2).flat_map(|count| subsets(sizes.len(), count));
+    let sets = sets.filter(|set| set.iter().all(has_power));
     let found = sets.filter_map(|set| {
         let matrix = DMatrix::from_fn(rows.len(), set.len() + 1, |row, column| match column {
             0 => 1.0,
