@@ -293,7 +293,7 @@ set atom 1 diameter {one:?}\nset atom 2 diameter {two:?}\nset group all density 
 set atom 1 omega 0 {spin:?} {spin:?}\nset atom 2 omega 0 0 {spin:?}
 pair_style granular\npair_coeff * * {normal} 2e7 {dashpot:?} 0.3 {energy} tangential {tangential} NULL 0 {friction:?} damping {damping}
 group second id 2\nvelocity second set {velocity:?} 0 0\nfix move all nve/sphere\ntimestep {STEP:?}
-dump forces second custom 1 forces fx fy fz\ndump_modify forces format line \"force %.17g %.17g %.17g\"\nrun {steps}\n"
+dump forces second custom 1 forces fx fy fz id\ndump_modify forces format line \"%.17g %.17g %.17g %d\"\nrun {steps}\n"
         );
         fs::write(folder.join("job.in"), text).expect("writable");
         let mut lammps = Command::new("lmp");
@@ -313,7 +313,7 @@ dump forces second custom 1 forces fx fy fz\ndump_modify forces format line \"fo
         let (code, said, _) = told(&lammps.output().expect("LAMMPS"));
         assert_eq!(code, 0, "{said}");
         let rows = text_of(folder.join("forces"));
-        let rows = rows.lines().filter_map(|line| line.strip_prefix("force "));
+        let rows = rows.lines().filter_map(|line| line.strip_suffix(" 2"));
         let row = |row: &str| {
             let numbers: Vec<f64> = row
                 .split(' ')
