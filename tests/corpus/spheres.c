@@ -605,7 +605,7 @@ static void act(Contact *of, const Contact *old)
     const local factor = fault.dashpot_half ? 1 : 2, braked = dot(n, fault.dashpot_corrected ? relative : velocity);
     local c_n = damping_constant, c_s = 0;
     if (dashpots && damping_constant == 0) {
-        const local of_force = museum(23) && hertz ? (local)1.5 * fabs(elastic) / u : k_n;
+        const local of_force = museum(23) && hertz && adheres != JKR ? (local)1.5 * fabs(elastic) / u : k_n;
         c_n = factor * damping_ratio * sqrt(mass * (fault.spring_secant && hertz ? spring / u : of_force)) * (local)fault.c_n;
         if (hertz) c_s = factor * shear_ratio * sqrt(mass * (fault.shear_dashpot == 3 ? k_n : k_s)) * (local)fault.c_s;
     }
