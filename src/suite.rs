@@ -16,6 +16,7 @@ pub mod parameters;
 mod rolling;
 pub mod run;
 mod sliding;
+mod spheres;
 mod statics;
 mod symmetry;
 
@@ -117,7 +118,8 @@ impl CaseGroup {
     }
 }
 
-pub fn groups() -> Vec<CaseGroup> {
+/// All groups, those of spheres as an engine with these rules has them.
+pub fn groups(rules: Rules) -> Vec<CaseGroup> {
     let parts = [
         collisions::groups(),
         drops::groups(),
@@ -128,6 +130,7 @@ pub fn groups() -> Vec<CaseGroup> {
         conservation::groups(),
         statics::groups(),
         symmetry::groups(),
+        spheres::groups(rules),
         cross_code::recorded(),
     ];
     parts.into_iter().flatten().collect()

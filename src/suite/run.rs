@@ -19,6 +19,7 @@ use crate::paper::disc_field::{DiscField, figure_4};
 use crate::progress::{Display, StageObserver};
 use crate::run::EngineError;
 use grains::native::{CaseOptions, loads, run_case};
+use grains::rules::Rules;
 use grains::task::{Case, Observer};
 use nalgebra::Matrix2;
 use verdict::envelope::Resolution;
@@ -276,12 +277,12 @@ struct RunInYade {
 }
 
 impl Suite {
-    /// The suite with trajectories of so many grains at most.
-    pub fn new(most_grains: u32) -> Self {
+    /// The suite with trajectories of so many grains at most, for engines with these rules.
+    pub fn new(most_grains: u32, rules: Rules) -> Self {
         let mut cross = cross_code::static_states();
         cross.extend(cross_code::cases(most_grains));
         Suite {
-            groups: super::groups(),
+            groups: super::groups(rules),
             cross,
         }
     }
@@ -454,7 +455,7 @@ pub fn native_tracks(cases: &[Case], options: &CaseOptions) -> Result<Vec<Track>
 pub fn verify(options: &Options, display: &Display) -> Result<Verification, EngineError> {
     let both = options.native && options.yade.is_some();
     // Trajectories are for comparing, and their beds have to be poured first.
-    let suite = Suite::new(if both { options.grains } else { 0 });
+    let suite = Suite::new(if both { options.grains } else { 0 }, Rules::default());
     let mut cases = Vec::new();
     if options.native {
         let task = display.task("cases, native");
@@ -556,7 +557,7 @@ pub fn verify_in(
     let measured = first_steps.as_ref().map(|judgement| judgement.resolution);
     let resolution = measured.unwrap_or(Resolution::DOUBLE);
     let task = display.task(&format!("cases in {name}"));
-    let cases = Suite::new(0).run_in(engine, name, resolution, &|done, all| {
+    let cases = Suite::new(0, engine.rules()).run_in(engine, name, resolution, &|done, all| {
         task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
     })?;
     task.done("done");
