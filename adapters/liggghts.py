@@ -11,7 +11,7 @@ import os
 
 import granular
 from granular import number
-from law import dashpot, has_friction, refuse, stiffness, tangents
+from law import Solids, dashpot, has_friction, refuse, stiffness, tangents
 
 MODEL = "model hooke/stiffness tangential off"
 TWICE = (
@@ -21,22 +21,28 @@ TWICE = (
 NONE = ("kt", "gamman", "gammat", "coefficientFriction")
 # What is asked of pairs of grains: their ids and the force.
 PAIRS = "c_pushing[1] c_pushing[2] c_pushing[4] c_pushing[5]"
-# It works out the forces of pairs when it writes them, and what dashpots do belongs to the velocities of the half step.
-BEFORE = ["fix whole grains store/state 0 vx vy", *('variable whole_%s atom "f_whole[%d]"' % of for of in (("x", 1), ("y", 2)))]
-BEFORE.append("velocity grains set v_half_x v_half_y NULL units box")
-AFTER = ["velocity grains set v_whole_x v_whole_y NULL units box", "unfix whole"]
+PAIRS_IN_SPACE = PAIRS + " c_pushing[6]"
 RULES = {"slip": "contact_point", "slip_at_walls": "half_overlap", "torque_arms": "half_overlap", "torque_arms_at_walls": "half_overlap",
          "spring_turn": "projected", "new_contact": "whole_step"}  # fmt: skip
 
 
+def around(axes):
+    """It works out the forces of pairs when it writes them, and what dashpots do belongs to the velocities of the half step."""
+    before = ["fix whole grains store/state 0 " + " ".join("v" + axis for axis in axes)]
+    before += ['variable whole_%s atom "f_whole[%d]"' % (axis, at + 1) for at, axis in enumerate(axes)]
+    half, whole = (" ".join([*("v_%s_%s" % (of, axis) for axis in axes), "NULL"][:3]) for of in ("half", "whole"))
+    return [*before, "velocity grains set %s units box" % half], ["velocity grains set %s units box" % whole, "unfix whole"]
+
+
 def script(run):
     """Everything up to the first step."""
-    job, classes = run.job, run.classes
-    law, radii = job.model["law"], classes.radii
+    job, classes, space = run.job, run.classes, run.space
+    law, radii, solids = job.model["law"], classes.radii, Solids(job)
     # Types of the walls and of the punch: a grain touches them with the stiffness of two grains of its radius.
     grains, walls = len(radii), len(radii) + 1
     types = range(len(radii) + 2)
-    granular.write_data(os.path.join(run.folder, "data"), job, classes, len(types), lambda radius: math.pi * radius**2)
+    weighed = (lambda radius: 4.0 / 3.0 * math.pi * radius**3) if space else (lambda radius: math.pi * radius**2)
+    granular.write_data(os.path.join(run.folder, "data"), job, classes, len(types), weighed)
     lines = granular.bed(job, classes, "granular", "communicate single vel yes")
     if has_friction(job):
         # A contact that opens keeps its spring until lists of neighbours are made, and has it again if it closes before.
@@ -45,14 +51,21 @@ def script(run):
     for one, two in ((one, two) for one in types for two in types):
         low, high = min(one, two), max(one, two)
         first, second = min(low, grains - 1), high if high < grains else min(low, grains - 1)
-        k, mass = stiffness(law["modulus"], radii[first], radii[second]), classes.masses[first]
+        if space:
+            (solid1, radius1, mass), (solid2, radius2, mass2) = ((of[0], *of[1:]) for of in (classes.all[first], classes.all[second]))
+            solid2 = solid2 if high < grains else 0
+            k, k_s = solids.springs(solid1, solid2, radius1, radius2)
+            tangent = solids.tangent(solid1, solid2, None if high < grains else ("wall", "punch")[high - grains])
+        else:
+            k, mass, mass2 = stiffness(law["modulus"], radii[first], radii[second]), classes.masses[first], classes.masses[second]
+            k_s, tangent = law["stiffness_ratio"] * k, tangents(job)[0 if high < grains else high - grains + 1]
         if high < grains:
-            mass *= classes.masses[second] / (mass + classes.masses[second])
+            mass *= mass2 / (mass + mass2)
         tables["kn"].append(k)
-        tables["kt"].append(law["stiffness_ratio"] * k)
+        tables["kt"].append(k_s)
         tables["gamman"].append(dashpot(job, k, mass) / mass)
         tables["gammat"].append(0.0)
-        tables["coefficientFriction"].append(tangents(job)[0 if high < grains else high - grains + 1])
+        tables["coefficientFriction"].append(tangent)
     for name, table in tables.items():
         lines.append("fix %s all property/global %s peratomtypepair %d %s" % (name, name, len(types), " ".join(map(number, table))))
     model = "model hooke/stiffness tangential %s" % ("history" if has_friction(job) else "off")
@@ -61,9 +74,9 @@ def script(run):
     # The program takes it before its first step only, and a job may begin at a later one.
     lines += ["compute pushing all pair/gran/local id force", "thermo_style custom step", "reset_timestep %d" % job.first]
     for index, wall in enumerate(job.model["walls"]):
-        place = "primitive type %d %splane %s" % (walls, {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"]))
+        place = "primitive type %d %splane %s" % (walls, dict(zip(job.axes, "xyz"))[wall["axis"]], number(wall["place"]))
         lines.append("fix flat_%d all wall/gran %s %s store_force yes%s" % (index, model, place, cut))
-        run.flat.append((index, "f_force_flat_%d[1]" % index, "f_force_flat_%d[2]" % index))
+        run.flat.append((index, *("f_force_flat_%d[%d]" % (index, at + 1) for at in range(len(job.axes)))))
     if job.asked.get("punch") is not None and not run.rich:
         lines += push(job)
     elif job.asked.get("punch") is not None:
@@ -72,12 +85,12 @@ def script(run):
         lines += [
             "fix block all mesh/surface/stress file punch.stl type %d curvature 1e-5" % (walls + 1),
             "variable still equal 0.0",
-            'variable speed equal "vy[%d]"' % (len(job.grains) + 1),
-            "fix sinks all move/mesh mesh block linear/variable v_still v_speed v_still",
+            'variable speed equal "v%s[%d]"' % (run.up(), len(job.grains) + 1),
+            "fix sinks all move/mesh mesh block linear/variable v_still " + ("v_still v_speed" if space else "v_speed v_still"),
             "fix flat_%d grains wall/gran %s mesh n_meshes 1 meshes block store_force yes%s" % (index, model, cut),
-            'variable force equal "f_block[2]"',
+            'variable force equal "f_block[%d]"' % len(job.axes),
         ]
-        run.flat.append((index, "f_force_flat_%d[1]" % index, "f_force_flat_%d[2]" % index))
+        run.flat.append((index, *("f_force_flat_%d[%d]" % (index, at + 1) for at in range(len(job.axes)))))
     return lines
 
 
@@ -120,13 +133,17 @@ def push(job):
 def block(job, path):
     """The punch as triangles, where it was a step before the first one."""
     punch, deep = job.asked["punch"], 1.1 * max(grain["radius"] for grain in job.grains)
+    low, high, plane = -deep, deep, job.axes == "xz"
+    if not plane:
+        sides = [of["y"] for of in job.grains] + [wall["place"] for wall in job.model["walls"] if wall["axis"] == "y"]
+        low, high = min(sides) - deep, max(sides) + deep
     (x, z), (across, up) = punch["centre"], punch["half_extents"]
     z -= punch["velocity"] * job.model["dt"]
     around = [(x - across, z - up), (x + across, z - up), (x + across, z + up), (x - across, z + up)]
     triangles = []
     for one, two in zip(around, [*around[1:], around[0]]):
-        low, high = [(*of, -deep) for of in (one, two)], [(*of, deep) for of in (one, two)]
-        triangles += [(low[0], low[1], high[1]), (low[0], high[1], high[0])]
+        front, back = ([(*of, at) if plane else (of[0], at, of[1]) for of in (one, two)] for at in (low, high))
+        triangles += [(front[0], front[1], back[1]), (front[0], back[1], back[0])]
     with open(path, "w", encoding="utf-8") as file:
         file.write("solid punch\n")
         for corners in triangles:
@@ -155,5 +172,6 @@ def timing(job, classes, folder, k):
 
 
 if __name__ == "__main__":
-    words = granular.Words("liggghts", script, (PAIRS, PAIRS), "format", "set group grains omegaz v_spin", BEFORE, AFTER)
+    turn = "set group grains omegaz v_spin", "set group grains omegax v_spin_x omegay v_spin_y omegaz v_spin_z"
+    words = granular.Words("liggghts", script, (PAIRS, PAIRS, PAIRS_IN_SPACE), "format", turn, around)
     granular.serve_program("LIGGGHTS", "liggghts", words, RULES, timing, [TWICE])
