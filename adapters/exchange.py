@@ -120,6 +120,8 @@ def serve(description, run_scene, run_case, time_steps=None):
             else:
                 steps += run_case(one) if one.kind == "case" else run_scene(one)
         except Refused as reason:
+            # Alone, whatever was told before.
+            one.index = None
             one.line({"refused": str(reason)})
     with open(job.place("done.json"), "w", encoding="utf-8") as file:
         json.dump(dict(times, steps=steps), file)

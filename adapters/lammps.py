@@ -40,15 +40,19 @@ PROGRAM = os.environ.get("CROSSGRAIN_LAMMPS") or "lmp"
 # to be seen, as versions of 2023 to 2026 divide by the dashpot's constant.
 OLD_WALLS = "CROSSGRAIN_LAMMPS_OLD_WALLS"
 WEAK = 1.0e-12 if os.environ.get(OLD_WALLS) == "damped" else 0.0
+# Hertz's dashpots along the tangent are limited together with the spring. That rule gives linear springs a dashpot there too, which the
+# model has not: set, they have it, and Hertz and Mindlin are among the parts.
+WITHIN = bool(os.environ.get("CROSSGRAIN_LAMMPS_WITHIN_LIMIT"))
+BESIDE = "1.0" if WITHIN else "0.0"
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
-         "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip
+         "spring_turn": "keeps_length", "new_contact": "whole_step", **({"tangential_dashpot": "within_limit"} if WITHIN else {})}  # fmt: skip
 
 
 def model(job, k, mass, tangent):
     """The law in the program's words."""
     law, sticking = job.model["law"], "linear_nohistory 0.0 0.0"
     if tangent > 0.0:
-        sticking = "linear_history %s 0.0 %s" % (number(law["stiffness_ratio"] * k), number(tangent))
+        sticking = "linear_history %s %s %s" % (number(law["stiffness_ratio"] * k), BESIDE, number(tangent))
     cut = " limit_damping" * (law["contact"]["viscosity"].get("tension") == "clipped")
     return "hooke %s %s tangential %s damping velocity%s" % (number(k), number(dashpot(job, k, mass)), sticking, cut)
 
@@ -125,7 +129,7 @@ def script_in_space(run):
     one linear spring for all radii, so that of the first grain, and forces are multiplied by R/R0; its dashpot is γ m, and the program's
     masses are those that make it the model's."""
     job, kinds, solids = run.job, run.classes, Solids(run.job)
-    materials, none = [kind[0] for kind in kinds.all], (0.0, 0.0, "velocity")
+    materials, none, beside = [kind[0] for kind in kinds.all], (0.0, 0.0, "velocity"), float(BESIDE)
     first, at_walls, more = job.grains[0]["radius"], none, [0.0] * len(job.grains)
     ratios = solids.ratios() if solids.is_hertz else None
     if ratios:
@@ -135,7 +139,7 @@ def script_in_space(run):
         more = [of["radius"] / first - 1.0 for of in job.grains]
         if run.dashes:
             dashes = [dashpot(job, k, of["mass"]) * first / of["radius"] for k, of in zip(of_wall, job.grains)]
-            at_walls = (dashes[0] / job.grains[0]["mass"], 0.0, "mass_velocity")
+            at_walls = (dashes[0] / job.grains[0]["mass"], beside, "mass_velocity")
             kinds.weights = [of / at_walls[0] for of in dashes] if at_walls[0] > 0.0 else kinds.weights
 
     def of_hertz(k_n, k_s):
@@ -151,7 +155,7 @@ def script_in_space(run):
             k_n, k_s = solids.springs(solid1, solid2, *of1[:1], *of2[:1])
             dashes = of_hertz(k_n, k_s)
             if of1 and run.dashes:
-                dashes = dashpot(job, k_n, of1[1] * of2[1] / (of1[1] + of2[1])), 0.0, "velocity"
+                dashes = dashpot(job, k_n, of1[1] * of2[1] / (of1[1] + of2[1])), beside, "velocity"
             law = words_in_space(job, k_n, k_s, dashes, solids.tangent(solid1, solid2))
             lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, law))
     flat = [("gran granular", "wall", "%splane %s NULL" % (wall["axis"], number(wall["place"]))) for wall in job.model["walls"]]
@@ -294,4 +298,4 @@ def timing_in_space(job):
 if __name__ == "__main__":
     turn = "set group grains omega 0.0 0.0 v_spin", "set group grains omega v_spin_x v_spin_y v_spin_z"
     words = granular.Words(PROGRAM, script, PAIRS, "format line", turn)
-    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space)
+    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space, parts=["hertz_mindlin"] * WITHIN)
