@@ -371,8 +371,7 @@ class Run:
         self.classes, self.turns = Kinds(job) if self.space else Classes(job.grains), rotates(job)
         viscosity = job.model["law"]["contact"]["viscosity"]["kind"]
         self.dashes = viscosity != "none"
-        # Whether forces of pairs are looked at while velocities are those of the half step, or velocities are given back then.
-        self.looks = self.dashes and not words.around
+        self.looks = self.dashes and words.looks
         self.rich = self.dashes or has_friction(job) or self.space
         if not self.space and self.classes.mixed and viscosity == "restitution":
             raise Refused("a restitution of grains of one radius and several masses, or of more than %d radii" % MOST_CLASSES)
@@ -396,7 +395,7 @@ class Run:
         shown += [column for _, *columns in self.flat for column in columns] * self.rich
         shown = dumps(self.words.pairs[self.rich + self.space], self.words.form, " ".join(shown), " ".join([*axes, ""]))
         if self.dashes and moves != "v%s":
-            before, after = self.words.around(axes) if self.words.around else ([], [])
+            before, after = self.words.around(axes)
             shown[1:] = [*before, shown[1], *after]
         heard = self.program.does("\n".join([*commands, *shown]))
         moved, self.pairs = read_moment(self.job, self.folder)
@@ -548,11 +547,11 @@ def loop_time(log, steps):
 class Words:
     """What a program calls things: its name, the commands of a bed up to the first step (`script`), columns of pairs under springs
     alone, under another law and in space (`pairs`), how it is told digits (`form`) and spins in the plane and in space (`turn`), and
-    commands before and after those that write pairs under a law with dashpots (`around`, of the axes)."""
+    commands before and after those that write pairs under a law with dashpots (`around`, of the axes), where they are not looked at while velocities are those of the half step (`looks`)."""
 
-    def __init__(self, program, script, pairs, form, turn, around=None):
+    def __init__(self, program, script, pairs, form, turn, around, looks=False):
         self.program, self.script, self.pairs, self.form, self.turn = program, script, pairs, form, turn
-        self.around = around
+        self.around, self.looks = around, looks
 
 
 def serve_program(title, package, words, rules, timing, more=(), in_space=refuse_space, parts=()):

