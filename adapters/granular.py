@@ -379,6 +379,8 @@ class Run:
         # The columns of what walls and punch do, by their numbers, what is summed at the last step of each run, and what is added to
         # forces and torques.
         self.flat, self.sums, self.pushed, self.twisted = [], [], None, None
+        # Commands before each step.
+        self.each = []
         # The model's names of what the program writes of each atom.
         self.columns = ["x", "z", "vx", "vz"] + ["spin"] * self.turns
         if self.space:
@@ -413,8 +415,8 @@ class Run:
     def steps(self, count):
         """Commands of so many steps; spins are turned before each, and at the last one forces of pairs are looked at."""
         run = ["run %d pre no post no" % count]
-        if self.turns:
-            run = count * [self.words.turn[self.space], "run 1 pre no post no"]
+        if self.turns or self.each:
+            run = count * [*self.each, *[self.words.turn[self.space]] * self.turns, "run 1 pre no post no"]
         elif self.looks and count > 1:
             run = ["run %d pre no post no" % (count - 1), "run 1 pre no post no"]
         if self.looks:

@@ -10,6 +10,7 @@ import math
 import os
 
 import granular
+from exchange import Refused
 from granular import number
 from law import Solids, dashpot, has_friction, refuse, stiffness, tangents
 
@@ -81,16 +82,23 @@ def script(run):
         lines += push(job)
     elif job.asked.get("punch") is not None:
         index = len(job.model["walls"])
-        block(job, os.path.join(run.folder, "punch.stl"))
+        block(job, os.path.join(run.folder, "punch.stl"), [0] if space else range(4))
+        lines += sides(run, walls + 1, model, cut) if space else []
         lines += [
             "fix block all mesh/surface/stress file punch.stl type %d curvature 1e-5" % (walls + 1),
             "variable still equal 0.0",
             'variable speed equal "v%s[%d]"' % (run.up(), len(job.grains) + 1),
             "fix sinks all move/mesh mesh block linear/variable v_still " + ("v_still v_speed" if space else "v_speed v_still"),
-            "fix flat_%d grains wall/gran %s mesh n_meshes 1 meshes block store_force yes%s" % (index, model, cut),
-            'variable force equal "f_block[%d]"' % len(job.axes),
+            "fix flat_%d %s wall/gran %s mesh n_meshes 1 meshes block store_force yes%s" % (index, "grains", model, cut),
         ]
-        run.flat.append((index, *("f_force_flat_%d[%d]" % (index, at + 1) for at in range(len(job.axes)))))
+        of_mesh = ["f_force_flat_%d[%d]" % (index, at + 1) for at in range(len(job.axes))]
+        if space:
+            lines += ['variable mesh_%d atom "(1.0 - v_beside)*%s"' % (at, of) for at, of in enumerate(of_mesh)]
+            of_mesh = ["v_mesh_%d" % at for at in range(3)]
+            lines.append("compute pushed grains reduce sum f_force_flat_left[3] f_force_flat_right[3] v_mesh_2")
+            lines.append("thermo_style custom step c_pushed[1] c_pushed[2] c_pushed[3]")
+        lines.append('variable force equal "%s"' % ("-c_pushed[1] - c_pushed[2] - c_pushed[3]" if space else "f_block[2]"))
+        run.flat.append((index, *of_mesh))
     return lines
 
 
@@ -130,8 +138,40 @@ def push(job):
     ]
 
 
-def block(job, path):
-    """The punch as triangles, where it was a step before the first one."""
+def sides(run, kind, model, cut):
+    """Commands of the punch's sides in space: walls for grains whose centres are beside it and above its bottom. The bottom, a mesh, acts
+    on all grains, whatever the group, so what its edges do to these is taken off again. A grain that comes from below is pushed anew."""
+    job, count, index = run.job, len(run.job.grains), len(run.job.model["walls"])
+    punch, dt = job.asked["punch"], job.model["dt"]
+    (x, _), (across, up) = punch["centre"], punch["half_extents"]
+    if punch["velocity"] != 0.0 and job.kind == "scene" and job.asked["loading"]["steps_standing_still"] is not None:
+        raise Refused("a punch in space that stops: its sides have one velocity")
+    # Groups are by where a grain and the punch are after the next step; the very first one moves nothing.
+    lines = ["neigh_modify delay 0 every 1 check no", 'variable ahead equal "%s*(step > %d)"' % (number(dt), job.first)]
+    next_place = ("z[%d]" % (count + 1), "vz[%d]" % (count + 1), number(up))
+    lines.append('variable above atom "z - (%s - %s)"' % next_place[::2])
+    lines.append('variable next atom "z + v_ahead*(vz + %s*fz/mass) - (%s + v_ahead*%s - %s)"' % (number(0.5 * dt), *next_place))
+    for name, sign, place in (("left", "<", x - across), ("right", ">", x + across)):
+        lines.append('variable %s atom "(v_next >= 0.0)*(x %s %s)"' % (name, sign, number(x)))
+        run.each += ["group %s subtract all all" % name, "group %s variable %s" % (name, name)]
+        lines += run.each[-2:]
+        wall = "primitive type %d xplane %s shear z %s" % (kind, number(place), number(punch["velocity"]))
+        lines.append("fix flat_%s %s wall/gran %s %s store_force yes%s" % (name, name, model, wall, cut))
+        run.flat.append((index, *("f_force_flat_%s[%d]" % (name, at + 1) for at in range(3))))
+    edge = [of["radius"] for of in job.grains]
+    lines += [granular.of_atoms(run.folder, "radius", [*edge, edge[0]]), 'variable beside atom "v_above >= 0.0"']
+    lines.append('variable out atom "x - %s - %s*((x > %s) - (x < %s))"' % (*map(number, (x, across, x, x)),))
+    lines.append('variable away atom "sqrt(v_out*v_out + v_above*v_above)"')
+    lines.append('variable arm atom "v_beside*0.5*(v_radius + v_away)/v_away"')
+    of_mesh = ["f_force_flat_%d[%d]" % (index, at + 1) for at in range(3)]
+    run.pushed = [" - v_beside*" + of for of in of_mesh]
+    torques = ("-v_above*%s" % of_mesh[1], "v_above*%s - v_out*%s" % (of_mesh[0], of_mesh[2]), "v_out*" + of_mesh[1])
+    run.twisted = [" + v_arm*(%s)" % of for of in torques]
+    return lines
+
+
+def block(job, path, faces):
+    """These faces of the punch as triangles, where it was a step before the first one."""
     punch, deep = job.asked["punch"], 1.1 * max(grain["radius"] for grain in job.grains)
     low, high, plane = -deep, deep, job.axes == "xz"
     if not plane:
@@ -141,7 +181,7 @@ def block(job, path):
     z -= punch["velocity"] * job.model["dt"]
     around = [(x - across, z - up), (x + across, z - up), (x + across, z + up), (x - across, z + up)]
     triangles = []
-    for one, two in zip(around, [*around[1:], around[0]]):
+    for one, two in ((around[at], around[(at + 1) % 4]) for at in faces):
         front, back = ([(*of, at) if plane else (of[0], at, of[1]) for of in (one, two)] for at in (low, high))
         triangles += [(front[0], front[1], back[1]), (front[0], back[1], back[0])]
     with open(path, "w", encoding="utf-8") as file:
