@@ -174,7 +174,7 @@ def script_in_space(run):
     of_punch, names = [], []
     for solid in sorted(set(materials)):
         types = " ".join(str(kind + 1) for kind, of in enumerate(materials) if of == solid)
-        lines += ["group solid_%d type %s" % (solid, types), "group solid_%d intersect solid_%d grains" % (solid, solid)]
+        lines += ["group of_%d type %s" % (solid, types), "group solid_%d intersect of_%d grains" % (solid, solid)]
         k_n, k_s = solids.springs(0, solid, first, first)
         dashes = at_walls
         if solids.is_hertz:

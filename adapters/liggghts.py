@@ -76,7 +76,7 @@ def script(run):
     lines += ["compute pushing all pair/gran/local id force", "thermo_style custom step", "reset_timestep %d" % job.first]
     for index, wall in enumerate(job.model["walls"]):
         place = "primitive type %d %splane %s" % (walls, dict(zip(job.axes, "xyz"))[wall["axis"]], number(wall["place"]))
-        lines.append("fix flat_%d all wall/gran %s %s store_force yes%s" % (index, model, place, cut))
+        lines.append("fix flat_%d %s wall/gran %s %s store_force yes%s" % (index, "grains" if space else "all", model, place, cut))
         run.flat.append((index, *("f_force_flat_%d[%d]" % (index, at + 1) for at in range(len(job.axes)))))
     if job.asked.get("punch") is not None and not run.rich:
         lines += push(job)
