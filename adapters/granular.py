@@ -173,7 +173,8 @@ def version(name):
 
 
 def write_data(path, job, classes, types, density):
-    """A data file: in the plane x across, y up, so that spins have the other sign; ids from 1. Densities are about right; masses are set afterwards, to the bit."""
+    """A data file: in the plane x across, y up, so that spins have the other sign; ids from 1. Densities are about right; masses are set
+    afterwards, to the bit."""
     grains = job.grains
     largest = max(grain["radius"] for grain in grains)
     places, plane = {axis: [grain[axis] for grain in grains] for axis in job.axes}, job.axes == "xz"
@@ -235,8 +236,8 @@ def masses(job, classes):
 def bed(job, classes, style, communication):
     """Commands that read the grains from the data file."""
     edges = " ".join(len(job.axes) * ["m" if job.kind == "case" else "f"] + ["p"] * (job.axes == "xz"))
-    lines = ["clear", "units si", "dimension %d" % len(job.axes), "atom_style " + style, "atom_modify map array sort 0 0", "boundary " + edges]
-    lines += ["newton off", communication, "read_data data"]
+    lines = ["clear", "units si", "dimension %d" % len(job.axes), "atom_style " + style, "atom_modify map array sort 0 0"]
+    lines += ["boundary " + edges, "newton off", communication, "read_data data"]
     lines += [*masses(job, classes), "group grains id <= %d" % len(job.grains)]
     if job.asked.get("punch") is not None:
         lines += ["group punch id %d" % (len(job.grains) + 1), "neigh_modify exclude group punch all"]
@@ -549,7 +550,8 @@ def loop_time(log, steps):
 class Words:
     """What a program calls things: its name, the commands of a bed up to the first step (`script`), columns of pairs under springs
     alone, under another law and in space (`pairs`), how it is told digits (`form`) and spins in the plane and in space (`turn`), and
-    commands before and after those that write pairs under a law with dashpots (`around`, of the axes), where they are not looked at while velocities are those of the half step (`looks`)."""
+    commands before and after those that write pairs under a law with dashpots (`around`, of the axes), where
+    they are not looked at while velocities are those of the half step (`looks`)."""
 
     def __init__(self, program, script, pairs, form, turn, around, looks=False):
         self.program, self.script, self.pairs, self.form, self.turn = program, script, pairs, form, turn

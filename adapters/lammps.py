@@ -14,11 +14,16 @@ linear_history`, at the overlap u:
 then is cut, so a region that moves must have its velocity there too: that is why everything stands before the first step.
 
 `gran/hooke/history` of the timed beds has the same slip, whole radii as arms everywhere, and projects the spring: it shrinks by cos o.
+
+In space each kind of grains is a type of its own. A wall has one linear spring for all radii, so what it does is multiplied by R/R0.
+Hertz's is `hertz` with `mindlin/force`, whose spring keeps a force; R* at walls is R, so both constants are √½ as large there. Its dashpots
+are cut together with the spring (rule `tangential_dashpot = within_limit`), and that rule gives linear springs a dashpot along the
+tangent too. So Hertz and Mindlin are among the parts where CROSSGRAIN_LAMMPS_WITHIN_LIMIT is set, and linear springs have that dashpot then.
+Refused are linear springs of more than 200 kinds of grains, and pouring with friction that goes on into loading.
 """
 import math
 import os
 import tempfile
-from array import array
 
 import granular
 from granular import number
@@ -45,7 +50,9 @@ WEAK = 1.0e-12 if os.environ.get(OLD_WALLS) == "damped" else 0.0
 WITHIN = bool(os.environ.get("CROSSGRAIN_LAMMPS_WITHIN_LIMIT"))
 BESIDE = "1.0" if WITHIN else "0.0"
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
-         "spring_turn": "keeps_length", "new_contact": "whole_step", **({"tangential_dashpot": "within_limit"} if WITHIN else {})}  # fmt: skip
+         "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip
+if WITHIN:
+    RULES["tangential_dashpot"] = "within_limit"
 
 
 def around(axes):
@@ -216,11 +223,12 @@ def punch(job):
     the first one it is where it comes from, as the program makes a velocity of two places."""
     (x, z), (across, up) = job.asked["punch"]["centre"], job.asked["punch"]["half_extents"]
     back = "%s*(step <= %d)" % (number(job.asked["punch"]["velocity"] * job.model["dt"]), job.first)
-    sides = [x - across, x + across, *[-9.0, 9.0] * (job.axes == "xyz"), z - up, z + up]
+    sides, ends = [x - across, x + across, z - up, z + up], [-9.0, 9.0]
+    sides, moves = ([*sides, *ends], "v_sunk NULL") if job.axes == "xz" else ([*sides[:2], *ends, *sides[2:]], "NULL v_sunk")
     sides = " ".join(map(number, sides))
     return [
         'variable sunk equal "%s[%d] - %s - %s"' % ("y" if job.axes == "xz" else "z", len(job.grains) + 1, number(z), back),
-        "region punch block %s units box side out move NULL %s" % ((sides + " -9 9", "v_sunk NULL") if job.axes == "xz" else (sides, "NULL v_sunk")),
+        "region punch block %s units box side out move NULL %s" % (sides, moves),
     ]
 
 
@@ -256,16 +264,6 @@ def timing_in_space(job):
     drag = granular.DRAG * math.sqrt(1.5 * k_n * mean[0] * math.sqrt(0.5e-3) * mean[1])
     refuse(job, has_friction=True)
     style = "hertz/history %s %s 0 0 %s 0" % tuple(map(number, (k_n, k_t, math.tan(law["friction_angle"]))))
-    places = [[grain[axis] for grain in grains] + [wall["place"] for wall in job.model["walls"] if wall["axis"] == axis] for axis in "xyz"]
-    lines = ["crossgrain", "", "%d atoms" % len(grains), "1 atom types", ""]
-    lines += ["%s %s %slo %shi" % (number(min(of) - mean[0]), number(max(of) + mean[0]), axis, axis) for of, axis in zip(places, "xyz")]
-    lines += ["", "Atoms", ""]
-    for index, of in enumerate(grains):
-        density = of["mass"] / (4.0 / 3.0 * math.pi * of["radius"] ** 3)
-        lines.append("%d 1 %s" % (index + 1, " ".join(map(number, (2.0 * of["radius"], density, of["x"], of["y"], of["z"])))))
-    lines += ["", "Velocities", ""]
-    names = ("vx", "vy", "vz", "spin_x", "spin", "spin_z")
-    lines += ["%d %s" % (index + 1, " ".join(number(of[name]) for name in names)) for index, of in enumerate(grains)]
     across, up = job.model["gravity"]
     commands = ["units si", "boundary f f f", "atom_style sphere", "newton off", "comm_modify vel yes", "read_data data"]
     commands += ["pair_style gran/" + style, "pair_coeff * *", "timestep " + number(job.model["dt"]), "thermo 1000000000"]
@@ -277,30 +275,14 @@ def timing_in_space(job):
     commands += ["fix drag all viscous " + number(drag), "fix move all nve/sphere"]
     commands += ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
     commands += [*COMPUTES, "thermo_style custom step c_known[1]", "run 0 post no"]
-    commands += granular.dumps(PAIRS[0], "format line", "z vx vy vz omegax omegay omegaz")
+    commands += granular.dumps(PAIRS[2], "format line", "vx vy vz omegax omegay omegaz", "x y z ")
     with tempfile.TemporaryDirectory(dir=job.folder) as folder:
-        with open(os.path.join(folder, "data"), "w", encoding="utf-8") as file:
-            file.write("\n".join(lines) + "\n")
+        granular.write_data(os.path.join(folder, "data"), job, granular.OneClass(grains), 1, lambda of: 4.0 / 3.0 * math.pi * of**3)
         wall, share = granular.loop_of(job, PROGRAM, folder, commands)
         moved, pairs = granular.read_moment(job, folder)
-    table = array("d", (of[at] for at in (0, 2, 3, 5, 7, 1, 4, 6, 8) for of in moved))
-    rows = sorted((min(pair[:2]), max(pair[:2])) for pair in pairs)
-    found = 0
-    for one, two in rows:
-        away = [there - here for here, there in zip(moved[one], moved[two][:3])]
-        distance = math.sqrt(sum(of * of for of in away))
-        overlap = grains[one]["radius"] + grains[two]["radius"] - distance
-        if overlap >= 0.0:
-            normal, arm = [of / distance for of in away], grains[one]["radius"] - 0.5 * overlap
-            point = [here + arm * of for here, of in zip(moved[one], normal)]
-            r = grains[one]["radius"] * grains[two]["radius"] / (grains[one]["radius"] + grains[two]["radius"])
-            table.extend((one, two, overlap, k_n * math.sqrt(r) * overlap**1.5, 0.0, normal[0], normal[2], point[0], point[2]))
-            table.extend((normal[1], point[1], 0.0, 0.0, 0.0))
-            found += 1
-    with open(job.place("tables.bin"), "wb") as file:
-        table.tofile(file)
-    steps = asked["warm_up"] + asked["steps"]
-    job.line({"stage": "settle", "step": steps, "punch": None, "contacts": found})
+    steps, order = asked["warm_up"] + asked["steps"], [granular.IN_SPACE.index(name) for name in job.names]
+    rows = granular.contacts(job, None, [of[:3] for of in moved], pairs, True)
+    job.moment("settle", steps, [[of[at] for at in order] for of in moved], rows)
     return {"steps": steps, "wall_seconds": wall, "cpu_seconds": share and share * wall}
 
 
