@@ -411,7 +411,8 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
 fn hertz_and_mindlin_of_lammps_are_the_models_under_the_rule_that_limits_dashpots_with_springs() {
-    let mut program = cli(&new_folder());
+    let folder = &new_folder();
+    let mut program = cli(folder);
     program.env("CROSSGRAIN_LAMMPS_WITHIN_LIMIT", "1");
     let check = format!(
         "engine check {} --quiet --grains 100 --dispersion 0",
