@@ -8,6 +8,7 @@ twice: of 300 grains one by 1753.73 N instead of 876.87 N, and that bed is 2.1e8
 
 In space each kind of grains is a type of its own, and no grain is pushed twice (`sides`). There are linear springs alone: `model hertz`
 keeps a displacement where the model keeps a force, 19.7 % less of it when the overlap falls from 0.15 to 0.07 mm, and no rule says so.
+Refused are a punch that stops, linear springs of more than 200 kinds of grains, and pouring with friction that goes on into loading.
 """
 import math
 import os
