@@ -11,6 +11,7 @@ mod conservation;
 pub mod cross_code;
 pub mod detection;
 mod drops;
+mod exact;
 mod oscillators;
 pub mod parameters;
 mod rolling;

@@ -378,10 +378,7 @@ fn engine_check_finds_both_equal_to_rounding_under_their_rules_in_all_states_of_
         let check = format!("engine check {engine} --quiet --grains 100 --dispersion 0");
         let (text, _) = ends(folder, 0, &check.words());
         let states = text.matches("equal to rounding  ").count();
-        has(
-            &text,
-            ["AGREED: Equal to rounding", "150 spheres in space"],
-        );
+        has(&text, ["AGREED: Equal to rounding", "150 spheres in space"]);
         // Four under each of four laws, eight with other constants and choices, 24 drawn laws, a large one, eleven as a scene at
         // least, and in space eight and twelve drawn laws.
         assert!(states >= 80, "{states}: {text}");
