@@ -5,10 +5,12 @@ import math
 import os
 import sys
 import time
+from array import array
 
 PROTOCOL = 1
 MOTION = ("x", "z", "vx", "vz")
 CONTACTS = "id1,id2,overlap,fn,ft,nx,nz,x,z"
+IN_SPACE = (*MOTION, "spin", "y", "vy", "spin_x", "spin_z")
 
 
 class Refused(Exception):
@@ -31,6 +33,9 @@ class Job:
             self.rows = list(csv.DictReader(file))
         self.grains = [{key: float(value) for key, value in row.items()} for row in self.rows]
         self.model = self.asked["model"]
+        # The coordinates that grains have, and in space the columns of their motion.
+        self.axes = "xyz" if self.rows and "y" in self.rows[0] else "xz"
+        self.names = [name for name in IN_SPACE if name in self.rows[0]] if self.axes == "xyz" else MOTION
         self.first = self.asked["step"] if self.kind == "scene" else 0
         self.index = None
 
@@ -48,7 +53,10 @@ class Job:
         self.index.flush()
 
     def moment(self, stage, step, motion, contacts, punch=None):
-        """Write a moment: (x, z, vx, vz), and the spin of one that turns, of each grain, and rows of contacts in any order."""
+        """Write a moment: (x, z, vx, vz), and the spin of one that turns, of each grain, and rows of contacts in any order. In space the
+        motion is that of `names`, and rows have the tangential force, the normal and the point as vectors of three."""
+        if self.axes == "xyz":
+            return self.tables(stage, step, motion, contacts, punch)
         turns = "spin" in self.rows[0]
         with open(self.place("%s-%d-bodies.csv" % (stage, step)), "w", encoding="utf-8") as file:
             file.write("id,x,z,vx,vz,radius,mass%s\n" % (",spin,inertia" if turns else ""))
@@ -61,13 +69,26 @@ class Job:
                 file.write("%d,%d,%r,%r,%r,%r,%r,%r,%r\n" % tuple(row))
         self.line({"stage": stage, "step": step, "punch": punch})
 
+    def tables(self, stage, step, motion, contacts, punch):
+        """The same in space, as numbers."""
+        table = array("d", (of[at] for at in range(len(self.names)) for of in motion))
+        for one, two, overlap, fn, ft, nx, ny, nz, x, y, z in sorted(contacts):
+            table.extend((one, two, overlap, fn, math.hypot(*ft), nx, nz, x, z, ny, y, ft[0], ft[1], ft[2]))
+        with open(self.place("tables.bin"), "ab") as file:
+            table.tofile(file)
+        self.line({"stage": stage, "step": step, "punch": punch, "contacts": len(contacts)})
+
     def settle_rule(self, step, motion, memory):
         """Why settling ends in this step, if it does; `memory` keeps the peak of the kinetic energy."""
         settle = self.asked["settle"]
         if step % settle["check_every"] == 0:
             energy = 0.0
             for grain, (_, _, vx, vz, *spin) in zip(self.grains, motion):
-                energy += 0.5 * grain["mass"] * (vx * vx + vz * vz) + sum(0.5 * grain["inertia"] * of * of for of in spin)
+                further = 0.0
+                if self.axes == "xyz":
+                    of = dict(zip(self.names[4:], spin))
+                    further, spin = of["vy"] ** 2, [of[name] for name in of if name.startswith("spin")]
+                energy += 0.5 * grain["mass"] * (vx * vx + vz * vz + further) + sum(0.5 * grain["inertia"] * of * of for of in spin)
             memory["peak"] = max(memory.get("peak", self.asked["energy_seen"]), energy)
             fraction = settle["kinetic_energy_fraction"]
             if energy <= fraction * memory["peak"]:
@@ -99,6 +120,8 @@ def serve(description, run_scene, run_case, time_steps=None):
             else:
                 steps += run_case(one) if one.kind == "case" else run_scene(one)
         except Refused as reason:
+            # Alone, whatever was told before.
+            one.index = None
             one.line({"refused": str(reason)})
     with open(job.place("done.json"), "w", encoding="utf-8") as file:
         json.dump(dict(times, steps=steps), file)

@@ -13,11 +13,13 @@ import tempfile
 
 import apart
 from exchange import Refused, serve
-from law import has_friction, punch_contacts, refuse_inside, rotates, stiffness, tangents, wall_contacts
+from law import Solids, has_friction, punch_contacts, refuse_inside, rotates, stiffness, tangents, wall_contacts
 from stages import run_case, run_scene
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
 MOST_CLASSES = 20
+# The most in space, where each pair of them has constants of its own.
+MOST_KINDS = 200
 # Distance within which neighbours are listed, beyond touching, over the largest radius.
 SKIN = 0.2
 # Between a force that a program says and the one of the law, over the stiffness times the distance of the centres.
@@ -29,8 +31,10 @@ APPROXIMATION = (
 FORMS = [{"classes_of_radius": MOST_CLASSES}]
 PARTS = [
     "normal_spring", "tangential_spring", "wall_friction", "rotation", "dashpots", "local_damping", "gravity", "walls", "punch",
-    "stop_rules", "cases", "timing",
+    "stop_rules", "cases", "timing", "space", "materials",
 ]  # fmt: skip
+# Columns of atoms in space, by the model's names.
+IN_SPACE = ("x", "y", "z", "vx", "vy", "vz", "spin_x", "spin", "spin_z")
 # Steps that the programs make before the first one.
 BEFORE = 1
 # Drag over the root of mean mass times stiffness: about the dissipation that Cundall's damping gives a settled bed.
@@ -61,6 +65,25 @@ class Classes:
 
     def __len__(self):
         return len(self.radii)
+
+
+class Kinds:
+    """Grains in space that have one law: those of a material, or under linear springs those of a radius, mass and material. `weights` are
+    masses that the program is given, where others than the grains' make its dashpots those of the law."""
+
+    def __init__(self, job):
+        names = () if Solids(job).is_hertz else ("radius", "mass")
+        of = [(int(grain.get("material", 0)), *(grain[name] for name in names)) for grain in job.grains]
+        self.all = sorted(set(of))
+        if len(self.all) > MOST_KINDS:
+            raise Refused("linear springs in space of more than %d kinds of grains" % MOST_KINDS)
+        at = {kind: index for index, kind in enumerate(self.all)}
+        self.of = [at[kind] for kind in of]
+        self.radii = [max(grain["radius"] for grain in job.grains)] * len(self.all)
+        self.weights = [grain["mass"] for grain in job.grains]
+
+    def __len__(self):
+        return len(self.all)
 
 
 class OneClass:
@@ -150,10 +173,11 @@ def version(name):
 
 
 def write_data(path, job, classes, types, density):
-    """A data file: x across, y up, so that spins have the other sign; ids from 1. Densities are about right; masses are set afterwards, to the bit."""
+    """A data file: in the plane x across, y up, so that spins have the other sign; ids from 1. Densities are about right; masses are set
+    afterwards, to the bit."""
     grains = job.grains
     largest = max(grain["radius"] for grain in grains)
-    places = {"x": [grain["x"] for grain in grains], "z": [grain["z"] for grain in grains]}
+    places, plane = {axis: [grain[axis] for grain in grains] for axis in job.axes}, job.axes == "xz"
     for wall in job.model["walls"]:
         places[wall["axis"]].append(wall["place"])
     bodies = list(zip(grains, classes.of))
@@ -166,21 +190,25 @@ def write_data(path, job, classes, types, density):
     if job.kind == "scene":
         fastest = max(grain["vx"] ** 2 + grain["vz"] ** 2 for grain in grains)
         rise = 0.5 * fastest / max(-job.model["gravity"][1], 1.0e-3)
-    low = [min(places[axis]) - 4.0 * largest for axis in "xz"]
-    high = [max(places[axis]) + 4.0 * largest + rise for axis in "xz"]
+    low = [min(places[axis]) - 4.0 * largest for axis in job.axes]
+    high = [max(places[axis]) + 4.0 * largest + rise for axis in job.axes]
+    if plane:
+        # LIGGGHTS wants room around the punch, or fails in setting it up.
+        deep = 1.2 * largest if punch is None else 4.0 * max(largest, *punch["half_extents"])
+        low, high = [*low, -deep], [*high, deep]
     lines = ["crossgrain", "", "%d atoms" % len(bodies), "%d atom types" % types, ""]
-    lines += ["%s %s xlo xhi" % (number(low[0]), number(high[0])), "%s %s ylo yhi" % (number(low[1]), number(high[1]))]
-    # LIGGGHTS wants room around the punch, or fails in setting it up.
-    deep = 1.2 * largest if punch is None else 4.0 * max(largest, *punch["half_extents"])
-    lines += ["%s %s zlo zhi" % (number(-deep), number(deep)), "", "Atoms", ""]
+    lines += ["%s %s %slo %shi" % (number(one), number(other), name, name) for one, other, name in zip(low, high, "xyz")]
+    lines += ["", "Atoms", ""]
     for index, (grain, kind) in enumerate(bodies):
         radius = grain["radius"]
-        numbers = (2.0 * radius, grain["mass"] / density(radius), grain["x"], grain["z"])
-        lines.append("%d %d %s 0" % (index + 1, kind + 1, " ".join(map(number, numbers))))
+        numbers = (2.0 * radius, grain["mass"] / density(radius), *(grain[axis] for axis in job.axes))
+        lines.append("%d %d %s" % (index + 1, kind + 1, " ".join(map(number, numbers))) + " 0" * plane)
     lines += ["", "Velocities", ""]
     for index, (grain, _) in enumerate(bodies):
-        turning = number(-grain.get("spin", 0.0))
-        lines.append("%d %s %s 0 0 0 %s" % (index + 1, number(grain["vx"]), number(grain["vz"]), turning))
+        motion = [grain["vx"], grain["vz"], 0.0, 0.0, 0.0, -grain.get("spin", 0.0)]
+        if not plane:
+            motion = [grain.get(name, 0.0) for name in IN_SPACE[3:]]
+        lines.append("%d %s" % (index + 1, " ".join(map(number, motion))))
     with open(path, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
 
@@ -188,11 +216,13 @@ def write_data(path, job, classes, types, density):
 def body_of(punch, grain):
     """The punch as a grain like this one that nothing pushes, so that the program moves its centre step by step."""
     (x, z) = punch["centre"]
-    return dict(grain, x=x, z=z, vx=0.0, vz=punch["velocity"])
+    return dict(grain, x=x, z=z, vx=0.0, vy=0.0, vz=punch["velocity"])
 
 
 def masses(job, classes):
     """Commands that give each grain its mass; one for all of a class that have the same."""
+    if job.axes == "xyz":
+        return ["set atom %d mass %s" % (index + 1, number(weight)) for index, weight in enumerate(classes.weights)]
     by_class = [set() for _ in range(len(classes))]
     for grain, kind in zip(job.grains, classes.of):
         by_class[kind].add(grain["mass"])
@@ -205,9 +235,9 @@ def masses(job, classes):
 
 def bed(job, classes, style, communication):
     """Commands that read the grains from the data file."""
-    edges = "m m p" if job.kind == "case" else "f f p"
-    lines = ["clear", "units si", "dimension 2", "atom_style " + style, "atom_modify map array sort 0 0", "boundary " + edges]
-    lines += ["newton off", communication, "read_data data"]
+    edges = " ".join(len(job.axes) * ["m" if job.kind == "case" else "f"] + ["p"] * (job.axes == "xz"))
+    lines = ["clear", "units si", "dimension %d" % len(job.axes), "atom_style " + style, "atom_modify map array sort 0 0"]
+    lines += ["boundary " + edges, "newton off", communication, "read_data data"]
     lines += [*masses(job, classes), "group grains id <= %d" % len(job.grains)]
     if job.asked.get("punch") is not None:
         lines += ["group punch id %d" % (len(job.grains) + 1), "neigh_modify exclude group punch all"]
@@ -216,40 +246,57 @@ def bed(job, classes, style, communication):
     return lines + ["neighbor %s bin" % number(SKIN * max(classes.radii)), "neigh_modify delay 0 every 1 check yes"]
 
 
-def spins(job, folder):
+def of_atoms(folder, name, values):
+    """A variable of these values, one an atom."""
+    with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+        file.write("%d\n" % len(values))
+        file.writelines("%d %s\n" % (index + 1, number(of)) for index, of in enumerate(values))
+    return "variable %s atomfile %s" % (name, name)
+
+
+def spins(job, folder, twisted):
     """Formulas of what turns the grains between two steps, as the programs' own integrators know neither damping nor other inertias
-    than those of balls and discs."""
-    with open(os.path.join(folder, "inertia"), "w", encoding="utf-8") as file:
-        inertias = [grain["inertia"] for grain in job.grains] + [1.0] * (job.asked.get("punch") is not None)
-        file.write("%d\n" % len(inertias))
-        file.writelines("%d %s\n" % (index + 1, number(of)) for index, of in enumerate(inertias))
+    than those of balls and discs. `twisted` are torques that are added to the program's."""
+    inertias = [grain["inertia"] for grain in job.grains] + [1.0] * (job.asked.get("punch") is not None)
     dt, alpha = (number(job.model[name]) for name in ("dt", "alpha"))
-    return [
-        "variable inertia atomfile inertia",
-        'variable turn atom "f_kept[1]/v_inertia"',
-        'variable turning atom "v_turn*(f_kept[2] + 0.5*%s*v_turn)"' % dt,
-        'variable spin atom "f_kept[2] + %s*v_turn*(1.0 - %s*((v_turning > 0.0) - (v_turning < 0.0)))"' % (dt, alpha),
-    ]
+    commands, about = [of_atoms(folder, "inertia", inertias)], [""] if job.axes == "xz" else ["_x", "_y", "_z"]
+    for at, name in enumerate(about):
+        torque = "(f_kept[%d]%s)" % (at + 1, twisted[at]) if twisted else "f_kept[%d]" % (at + 1)
+        spin = "f_kept[%d]" % (at + 1 + len(about))
+        commands += [
+            'variable turn%s atom "%s/v_inertia"' % (name, torque),
+            'variable turning%s atom "v_turn%s*(%s + 0.5*%s*v_turn%s)"' % (name, name, spin, dt, name),
+            'variable spin%s atom "%s + %s*v_turn%s*(1.0 - %s*((v_turning%s > 0.0) - (v_turning%s < 0.0)))"'
+            % (name, spin, dt, name, alpha, name, name),
+        ]
+    return commands
 
 
-def motion(job, folder, looks=False):
+def motion(job, folder, looks=False, pushed=None, twisted=None):
     """Commands of the leapfrog with Cundall's damping: the force is given its sign rule at the half step's velocity, where forces of
     pairs may be looked at too. In a first step nothing moves yet: the programs give contacts the slip
-    of a step within whole steps alone, and the model does so at the start too. From then on the program is one step ahead."""
+    of a step within whole steps alone, and the model does so at the start too. From then on the program is one step ahead.
+    In space `pushed` and `twisted` are forces and torques that are added to the program's."""
     model, begun = job.model, job.first + BEFORE
     half, alpha = number(0.5 * model["dt"]), number(model["alpha"])
-    commands = ["group moving subtract all all", "fix move moving nve", "fix kept grains store/state 1 tqz omegaz"]
+    plane, across, up = job.axes == "xz", *model["gravity"]
+    kept = "tqz omegaz" if plane else "tqx tqy tqz omegax omegay omegaz"
+    commands = ["group moving subtract all all", "fix move moving nve", "fix kept grains store/state 1 " + kept]
+    mass, weighed = ("mass", "") if plane else ("v_true", "*mass/v_true")
+    if not plane:
+        commands.append(of_atoms(folder, "true", [of["mass"] for of in job.grains] + [1.0] * (job.asked.get("punch") is not None)))
     commands += ["variable looked equal c_known[1]"] * looks + ['variable once equal "1.0 + (step < %d)"' % (begun + 1)]
-    for axis, pull in zip("xy", model["gravity"]):
+    for axis, pull, further in zip("xyz", (across, up) if plane else (across, 0.0, up), pushed or 3 * [""]):
         commands += [
-            'variable force_%s atom "f%s + mass*(%s)%s"' % (axis, axis, number(pull), " + 0.0*v_looked" * looks),
-            'variable power_%s atom "v_force_%s*(v%s + %s*v_force_%s/mass)"' % (axis, axis, axis, half, axis),
-            'variable damped_%s atom "v_once*v_force_%s*(1.0 - %s*((v_power_%s > 0.0) - (v_power_%s < 0.0)))"'
-            % (axis, axis, alpha, axis, axis),
+            'variable force_%s atom "f%s + %s*(%s)%s%s"' % (axis, axis, mass, number(pull), further, " + 0.0*v_looked" * looks),
+            'variable power_%s atom "v_force_%s*(v%s + %s*v_force_%s/%s)"' % (axis, axis, axis, half, axis, mass),
+            'variable damped_%s atom "v_once*v_force_%s*(1.0 - %s*((v_power_%s > 0.0) - (v_power_%s < 0.0)))%s"'
+            % (axis, axis, alpha, axis, axis, weighed),
             'variable half_%s atom "v%s - %s*f%s/mass"' % (axis, axis, half, axis),
         ]
-    commands += ["fix damp grains setforce v_damped_x v_damped_y NULL", "fix plane all enforce2d"]
-    return [*commands, *(spins(job, folder) if rotates(job) else []), "run %d post no" % BEFORE]
+    commands += ["fix damp grains setforce v_damped_x v_damped_y " + ("NULL" if plane else "v_damped_z")]
+    commands += ["fix plane all enforce2d"] * plane
+    return [*commands, *(spins(job, folder, twisted) if rotates(job) else []), "run %d post no" % BEFORE]
 
 
 def read_rows(path):
@@ -260,9 +307,9 @@ def read_rows(path):
     return [line.split() for line in lines[at + 1 :]]
 
 
-def dumps(pairs, form, motion="v_half_x v_half_y"):
+def dumps(pairs, form, motion, places="x y "):
     """Commands that write a moment: the atoms, and `pairs`, the columns of two ids and what acts between them."""
-    atoms, of_pairs = "x y " + motion, " ".join(["%.17g"] * len(pairs.split()))
+    atoms, of_pairs = places + motion, " ".join(["%.17g"] * len(pairs.split()))
     return [
         'write_dump all custom grains id %s modify %s "%%d%s"' % (atoms, form, " %.17g" * len(atoms.split())),
         'write_dump all local pairs %s modify %s "%s"' % (pairs, form, of_pairs),
@@ -287,29 +334,32 @@ def contacts(job, classes, places, pairs, rich=False):
     for one, two, *said in pairs:
         sign = -1.0 if one < two else 1.0
         one, two = min(one, two), max(one, two)
-        (x1, z1), (x2, z2) = places[one], places[two]
-        dx, dz = x2 - x1, z2 - z1
-        distance = math.sqrt(dx * dx + dz * dz)
+        away = [there - here for here, there in zip(places[one], places[two])]
+        distance = math.sqrt(sum(of * of for of in away))
         overlap = grains[one]["radius"] + grains[two]["radius"] - distance
         if overlap < 0.0:
             continue
-        normal, arm = (dx / distance, dz / distance), grains[one]["radius"] - 0.5 * overlap
-        k = stiffness(modulus, classes.radii[classes.of[one]], classes.radii[classes.of[two]])
-        force = [k * overlap, 0.0]
+        normal, arm = [of / distance for of in away], grains[one]["radius"] - 0.5 * overlap
         if rich:
-            *push, across, up = said
-            force = along(normal, (sign * across, sign * up))
+            push, told = said[: -len(away)], said[-len(away) :]
+            force = along(normal, [sign * of for of in told])
             force = (force[0] + sum(push), force[1])
-        # The overlap is a small difference of lengths: its rounding is theirs.
-        elif not abs(math.hypot(*said) - force[0]) <= ROUNDING * k * distance:
-            raise RuntimeError("grains %d and %d push with %r N, and the law says %r N" % (one, two, said, force[0]))
-        rows.append((one, two, overlap, *force, *normal, x1 + arm * normal[0], z1 + arm * normal[1]))
+        else:
+            k = stiffness(modulus, classes.radii[classes.of[one]], classes.radii[classes.of[two]])
+            force = [k * overlap, 0.0]
+            # The overlap is a small difference of lengths: its rounding is theirs.
+            if not abs(math.hypot(*said) - force[0]) <= ROUNDING * k * distance:
+                raise RuntimeError("grains %d and %d push with %r N, and the law says %r N" % (one, two, said, force[0]))
+        rows.append((one, two, overlap, *force, *normal, *(here + arm * of for here, of in zip(places[one], normal))))
     return rows
 
 
 def along(normal, force):
-    """The parts of a force along a normal and across it."""
-    return force[0] * normal[0] + force[1] * normal[1], force[1] * normal[0] - force[0] * normal[1]
+    """The parts of a force along a normal and across it, of which the latter is a vector in space."""
+    if len(normal) == 2:
+        return force[0] * normal[0] + force[1] * normal[1], force[1] * normal[0] - force[0] * normal[1]
+    push = sum(one * other for one, other in zip(force, normal))
+    return push, [of - push * n for of, n in zip(force, normal)]
 
 
 class Run:
@@ -318,39 +368,56 @@ class Run:
     def __init__(self, job, words, folder):
         refuse_inside(job)
         self.job, self.words, self.folder, self.step = job, words, folder, job.first
-        self.classes, self.turns = Classes(job.grains), rotates(job)
-        self.dashes = job.model["law"]["contact"]["viscosity"]["kind"] != "none"
-        # Whether forces of pairs are looked at while velocities are those of the half step, or velocities are given back then.
-        self.looks = self.dashes and not words.before
-        self.rich = self.dashes or has_friction(job)
-        if self.classes.mixed and job.model["law"]["contact"]["viscosity"]["kind"] == "restitution":
+        self.space = job.axes == "xyz"
+        self.classes, self.turns = Kinds(job) if self.space else Classes(job.grains), rotates(job)
+        viscosity = job.model["law"]["contact"]["viscosity"]["kind"]
+        self.dashes = viscosity != "none"
+        self.looks = self.dashes and words.looks
+        self.rich = self.dashes or has_friction(job) or self.space
+        if not self.space and self.classes.mixed and viscosity == "restitution":
             raise Refused("a restitution of grains of one radius and several masses, or of more than %d radii" % MOST_CLASSES)
         self.program = Program(words.program, ["-log", "none", "-nocite"], folder)
-        # The columns of what walls and punch do, by their numbers, and what is summed at the last step of each run.
-        self.flat, self.sums = [], []
+        # The columns of what walls and punch do, by their numbers, what is summed at the last step of each run, and what is added to
+        # forces and torques.
+        self.flat, self.sums, self.pushed, self.twisted = [], [], None, None
+        # Commands before each step.
+        self.each = []
+        # The model's names of what the program writes of each atom.
+        self.columns = ["x", "z", "vx", "vz"] + ["spin"] * self.turns
+        if self.space:
+            self.columns = [name for name in IN_SPACE if name in job.names]
         # The velocities that a start gives are those of the half step.
-        self.does([*words.script(self), *motion(job, folder, self.looks)], "vx vy")
+        script = words.script(self)
+        self.does([*script, *motion(job, folder, self.looks, self.pushed, self.twisted)], "v%s")
         self.program.does("group moving union all" + "\nvariable looked equal 0.0" * self.looks)
 
-    def does(self, commands, moves="v_half_x v_half_y"):
+    def does(self, commands, moves="v_half_%s"):
         """Commands, and then those that write the moment."""
-        flat = "".join(" " + column for _, *columns in self.flat for column in columns) if self.rich else ""
-        shown = dumps(self.words.pairs[self.rich], self.words.form, moves + " omegaz" * self.turns + flat)
-        if self.dashes and moves != "vx vy":
-            shown[1:] = [*self.words.before, shown[1], *self.words.after]
+        axes, turns = "xyz"[: len(self.job.axes)], "spin" in self.columns
+        shown = [moves % axis for axis in axes] + (["omegax", "omegay", "omegaz"] if self.space else ["omegaz"]) * turns
+        shown += [column for _, *columns in self.flat for column in columns] * self.rich
+        shown = dumps(self.words.pairs[self.rich + self.space], self.words.form, " ".join(shown), " ".join([*axes, ""]))
+        if self.dashes and moves != "v%s":
+            before, after = self.words.around(axes)
+            shown[1:] = [*before, shown[1], *after]
         heard = self.program.does("\n".join([*commands, *shown]))
         moved, self.pairs = read_moment(self.job, self.folder)
-        at = 4 + self.turns
-        # Across the plane spins have the other sign.
-        self.motion = [(*of[:4], *(-spin for spin in of[4:at])) for of in moved]
+        at = len(self.columns)
         self.on_flat = [of[at:] for of in moved]
+        if self.space:
+            order = [self.columns.index(name) for name in self.job.names]
+            self.motion = [[of[at] for at in order] for of in moved]
+        else:
+            # Across the plane spins have the other sign.
+            self.motion = [(*of[:4], *(-spin for spin in of[4:at])) for of in moved]
+        self.places = [of[: len(axes)] for of in moved]
         return heard
 
     def steps(self, count):
         """Commands of so many steps; spins are turned before each, and at the last one forces of pairs are looked at."""
         run = ["run %d pre no post no" % count]
-        if self.turns:
-            run = count * [self.words.turn, "run 1 pre no post no"]
+        if self.turns or self.each:
+            run = count * [*self.each, *[self.words.turn[self.space]] * self.turns, "run 1 pre no post no"]
         elif self.looks and count > 1:
             run = ["run %d pre no post no" % (count - 1), "run 1 pre no post no"]
         if self.looks:
@@ -367,7 +434,7 @@ class Run:
         """Go on to this step, or to an earlier one where the punch has its force or is too deep: whether it has the force,
         whether it is too deep, and the force."""
         loading, punch = self.job.asked["loading"], self.job.asked["punch"]
-        depth = "%s - (y[%d] - %s)" % (number(punch["start"]), len(self.job.grains) + 1, number(punch["half_extents"][1]))
+        depth = "%s - (%s[%d] - %s)" % (number(punch["start"]), self.up(), len(self.job.grains) + 1, number(punch["half_extents"][1]))
         heard = self.does(
             [
                 'variable reached equal "v_force >= %s"' % number(loading["target_force"]),
@@ -385,7 +452,11 @@ class Run:
         return reached != "0", deep != "0", float(force)
 
     def stop_punch(self):
-        self.does(["velocity punch set NULL 0.0 NULL"])
+        self.does(["velocity punch set NULL %s" % ("NULL 0.0" if self.space else "0.0 NULL")])
+
+    def up(self):
+        """The program's name of the vertical axis."""
+        return "z" if self.space else "y"
 
     def ends(self):
         self.program.ends()
@@ -393,26 +464,32 @@ class Run:
     def show(self):
         """Write the moment."""
         job, grains, punch = self.job, self.job.grains, None
-        motion, places = self.motion[: len(grains)], [of[:2] for of in self.motion]
+        motion, places = self.motion[: len(grains)], self.places
         rows = wall_contacts(job, lambda grain: self.classes.radii[self.classes.of[grain]], places[: len(grains)])
         if job.asked["punch"] is not None:
-            rows += punch_contacts(job, places[-1], places[: len(grains)])
+            centre = (places[-1][0], places[-1][-1])
+            touched = punch_contacts(job, centre, [(of[0], of[-1]) for of in places[: len(grains)]])
+            if self.space:
+                touched = [(*of[:6], 0.0, of[6], of[7], places[of[1]][1], of[8]) for of in touched]
+            rows += touched
         if self.rich:
             rows = [self.told(row) for row in rows]
         if job.asked["punch"] is not None:
-            force = -sum(row[3] * row[6] + row[4] * row[5] for row in rows if row[0] == len(grains) + len(job.model["walls"]))
-            punch = {"centre": places[-1], "start": job.asked["punch"]["start"], "velocity": self.motion[-1][3], "force": force}
+            of_punch = [row for row in rows if row[0] == len(grains) + len(job.model["walls"])]
+            force = -sum(row[3] * row[7] + row[4][2] if self.space else row[3] * row[6] + row[4] * row[5] for row in of_punch)
+            punch = {"centre": centre, "start": job.asked["punch"]["start"], "velocity": self.motion[-1][3], "force": force}
         rows += contacts(job, self.classes, places[: len(grains)], self.pairs, self.rich)
         job.moment(job.asked.get("stage", "settle"), self.step, motion, rows, punch)
 
     def told(self, row):
         """A row of a wall or the punch with the force that the program tells."""
         of, grain, overlap, _, _, *where = row
-        force, told = [0.0, 0.0], self.on_flat[grain]
-        for at, (index, *_) in enumerate(self.flat):
+        size, told = len(self.job.axes), self.on_flat[grain]
+        force, told = size * [0.0], [told[at : at + size] for at in range(0, len(told), size)]
+        for (index, *_), on in zip(self.flat, told):
             if index == of - len(self.job.grains):
-                force = [force[0] + told[2 * at], force[1] + told[2 * at + 1]]
-        return (of, grain, overlap, *along(where[:2], force), *where)
+                force = [one + other for one, other in zip(force, on)]
+        return (of, grain, overlap, *along(where[:size], force), *where)
 
 
 def steps_by_its_clock(job, name, script):
@@ -472,22 +549,23 @@ def loop_time(log, steps):
 
 class Words:
     """What a program calls things: its name, the commands of a bed up to the first step (`script`), columns of pairs under springs
-    alone and under another law (`pairs`), how it is told digits (`form`) and spins (`turn`), and commands around those that write
-    pairs under a law with dashpots."""
+    alone, under another law and in space (`pairs`), how it is told digits (`form`) and spins in the plane and in space (`turn`), and
+    commands before and after those that write pairs under a law with dashpots (`around`, of the axes), where
+    they are not looked at while velocities are those of the half step (`looks`)."""
 
-    def __init__(self, program, script, pairs, form, turn, before=(), after=()):
+    def __init__(self, program, script, pairs, form, turn, around, looks=False):
         self.program, self.script, self.pairs, self.form, self.turn = program, script, pairs, form, turn
-        self.before, self.after = before, after
+        self.around, self.looks = around, looks
 
 
-def serve_program(title, package, words, rules, timing, more=(), in_space=refuse_space):
-    """Be the engine; `timing` is that of `steps_by_its_clock`, `in_space` the whole of it for spheres in space, `more` are
-    approximations of this program alone."""
+def serve_program(title, package, words, rules, timing, more=(), in_space=refuse_space, parts=()):
+    """Be the engine; `timing` is that of `steps_by_its_clock`, `in_space` the whole of it for spheres in space, `more` and `parts` are
+    approximations and parts of this program alone."""
     name = words.program
 
     def description():
         find(name, package)
-        said = {"protocol": 2, "name": title, "version": version(name), "parts": PARTS, "approximations": [APPROXIMATION, *more]}
+        said = {"protocol": 2, "name": title, "version": version(name), "parts": [*PARTS, *parts], "approximations": [APPROXIMATION, *more]}
         return dict(said, forms=FORMS, rules=rules)
 
     def in_folder(runs):

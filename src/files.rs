@@ -613,6 +613,11 @@ pub fn remove_folder(path: &Path) -> Result<(), FileError> {
     fs::remove_dir_all(path).map_err(failed("remove", path))
 }
 
+/// Removes a folder that has nothing in it but what the system itself put there.
+pub fn remove_empty_folder(path: &Path) -> Result<(), FileError> {
+    fs::remove_dir(path).map_err(failed("remove", path))
+}
+
 /// Puts a link of this name into a folder of our own.
 pub fn link(to: &Path, path: &Path) -> Result<(), FileError> {
     std::os::unix::fs::symlink(to, path).map_err(failed("create", path))

@@ -9,6 +9,8 @@ pub mod files;
 
 pub mod workers;
 
+mod control_group;
+
 pub mod child;
 
 pub mod checks;

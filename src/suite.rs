@@ -11,11 +11,13 @@ mod conservation;
 pub mod cross_code;
 pub mod detection;
 mod drops;
+mod exact;
 mod oscillators;
 pub mod parameters;
 mod rolling;
 pub mod run;
 mod sliding;
+mod spheres;
 mod statics;
 mod symmetry;
 
@@ -117,7 +119,8 @@ impl CaseGroup {
     }
 }
 
-pub fn groups() -> Vec<CaseGroup> {
+/// All groups, those of spheres as an engine with these rules has them.
+pub fn groups(rules: Rules) -> Vec<CaseGroup> {
     let parts = [
         collisions::groups(),
         drops::groups(),
@@ -128,6 +131,7 @@ pub fn groups() -> Vec<CaseGroup> {
         conservation::groups(),
         statics::groups(),
         symmetry::groups(),
+        spheres::groups(rules),
         cross_code::recorded(),
     ];
     parts.into_iter().flatten().collect()

@@ -378,10 +378,10 @@ fn engine_check_finds_both_equal_to_rounding_under_their_rules_in_all_states_of_
         let check = format!("engine check {engine} --quiet --grains 100 --dispersion 0");
         let (text, _) = ends(folder, 0, &check.words());
         let states = text.matches("equal to rounding  ").count();
-        has(&text, ["AGREED: Equal to rounding"]);
-        // Four under each of four laws, eight with other constants and choices, 24 drawn laws, a large one, and eleven as a scene at
-        // least.
-        assert!(states >= 60, "{states}: {text}");
+        has(&text, ["AGREED: Equal to rounding", "150 spheres in space"]);
+        // Four under each of four laws, eight with other constants and choices, 24 drawn laws, a large one, eleven as a scene at
+        // least, and in space eight and twelve drawn laws.
+        assert!(states >= 80, "{states}: {text}");
     }
 }
 
@@ -403,6 +403,27 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
         let stages = run.expect("a run").outcome.stages;
         assert_eq!(stages[0].steps, scene.settle.check_every, "{name}");
     }
+}
+
+#[test]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
+fn hertz_and_mindlin_of_lammps_are_the_models_under_the_rule_that_limits_dashpots_with_springs() {
+    let folder = &new_folder();
+    let mut program = cli(folder);
+    program.env("CROSSGRAIN_LAMMPS_WITHIN_LIMIT", "1");
+    let check = format!(
+        "engine check {} --quiet --grains 100 --dispersion 0",
+        adapter("lammps.py")
+    );
+    let (code, text, errors) = told(&program.args(check.words()).output().expect("it starts"));
+    assert_eq!(code, 0, "{text}{errors}");
+    has(
+        &text,
+        [
+            "tangential_dashpot = within_limit",
+            "Hertz–Mindlin of four materials",
+        ],
+    );
 }
 
 /// What `engine check` says of LAMMPS, Debian's or that of an environment, with walls of the older style.

@@ -5,6 +5,7 @@ use crossgrain::engine::yade;
 use crossgrain::suite::detection::{Limit, limits};
 use crossgrain::suite::run::{Options, Role, Suite, verify};
 use crossgrain::suite::{Evidence, parameters};
+use grains::rules::Rules;
 use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
 
 use crate::support::*;
@@ -62,7 +63,7 @@ fn native_cases_pass_and_without_yade_its_cases_are_skipped() {
 
 #[test]
 fn a_case_that_was_shown_nothing_fails() {
-    let mut suite = Suite::new(5);
+    let mut suite = Suite::new(5, Rules::default());
     for group in &mut suite.groups {
         for case in &mut group.cases {
             case.moments.clear();
@@ -76,7 +77,7 @@ fn a_case_that_was_shown_nothing_fails() {
 /// What must hold without YADE: every fault is detected, every case detects one, none has false positives.
 #[test]
 fn every_fault_is_detected_by_the_native_suite() {
-    let table = limits(&Suite::new(0), &[], &[], None, &|_, _| {});
+    let table = limits(&Suite::new(0, Rules::default()), &[], &[], None, &|_, _| {});
     for check in table.checks() {
         assert_eq!(check.outcome, Outcome::Pass, "{check:?}");
     }

@@ -329,8 +329,37 @@ pub struct CaseInYade {
 /// Grains of the largest case whose summed forces and torques are written too.
 const MOST_LOADED: usize = 200;
 
-/// Runs the cases in one start of YADE, in order, and its version; `work` is an empty folder.
+/// Runs the cases in one start of YADE, or in two if some are in space and some are not; in order, and its version. `work` is an empty
+/// folder.
 pub fn run_cases(
+    cases: &[&Case],
+    options: &Options,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<(Vec<CaseInYade>, String)> {
+    let in_space = |case: &&Case| case.bodies.in_space();
+    let (space, plane): (Vec<&Case>, Vec<&Case>) = cases.iter().partition(|case| in_space(case));
+    if space.is_empty() || plane.is_empty() {
+        return run_alike(cases, options, work, observer);
+    }
+    let mut run = |cases: &[&Case], name: &str| {
+        let work = work.join(name);
+        new_folder(&work)?;
+        run_alike(cases, options, &work, observer)
+    };
+    let ((plane, version), (space, _)) = (run(&plane, "plane")?, run(&space, "space")?);
+    let (mut plane, mut space) = (plane.into_iter(), space.into_iter());
+    let own = |case: &&Case| {
+        if in_space(case) {
+            space.next()
+        } else {
+            plane.next()
+        }
+    };
+    Ok((cases.iter().filter_map(own).collect(), version))
+}
+
+fn run_alike(
     cases: &[&Case],
     options: &Options,
     work: &Path,

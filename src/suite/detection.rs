@@ -327,7 +327,12 @@ pub mod tests {
 
     use super::*;
     use crate::engine::yade::unsupported;
-    use crate::suite::{CaseGroup, furthest, groups};
+    use crate::suite::{self, CaseGroup, furthest};
+    use grains::rules::Rules;
+
+    fn groups() -> Vec<CaseGroup> {
+        suite::groups(Rules::default())
+    }
 
     pub fn judged(group: &CaseGroup, fault: Option<Fault>) -> Vec<Check> {
         let tracks = native_tracks(&group.cases, &fault.into());
@@ -387,6 +392,20 @@ pub mod tests {
         shift: wall=1e-9
         other-numbers: radius=1e-9 inertia=1e-6
         moving-frame: time-step=1e-6
+        chung-ooi-1: modulus=1e-7 density=1e-7 time-step=1e-7
+        chung-ooi-2: modulus=1e-7 density=1e-7 radius=1e-7 wall=missing
+        chung-ooi-3: modulus=1e-7 dashpot=1e-7 wall=missing clipping=other
+        chung-ooi-4: friction=1e-7 inertia=1e-7 tangential-dashpot=1e-3 shear-stiffness=1e-3 torque-arms=other
+        chung-ooi-5: friction=1e-7 inertia=1e-7 shear-stiffness=1e-7
+        chung-ooi-6: friction=1e-7 inertia=1e-7 tangential-dashpot=1e-6 ratcheting=other
+        chung-ooi-7: friction=1e-7 inertia=1e-7
+        chung-ooi-8: friction=1e-7 inertia=1e-7 torque-arms=other
+        mfix-dem-01: gravity=1e-7 dashpot=1e-7 stiffness=1e-7 start=half-step
+        mfix-dem-03: gravity=1e-7 density=1e-7 stiffness=1e-7
+        mfix-dem-04: friction=1e-7 inertia=1e-7 shear-stiffness=1e-6
+        lammps-rolling: rolling-stiffness=1e-6 twisting-stiffness=1e-6 rolling-limit=1e-6
+        corner: friction=1e-7 stiffness=1e-7
+        on-dem: friction=1e-7 shear-stiffness=1e-7 dashpot=1e-7 ratcheting=other
         recorded-pouring: stiffness=1e-12
         ";
 

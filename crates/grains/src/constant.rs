@@ -223,57 +223,75 @@ static ROWS: [Row; 34] = [
     over_radius(-1, "place of wall 3", |given, by| shift(given, 3, by)),
     over_radius(-2, "place of wall 4", |given, by| shift(given, 4, by)),
     // The dashpots along the tangent of Hertz's springs; those of linear ones have c_n.
-    constant(
-        -3,
-        "c_s",
-        "law.contact.tangential_viscosity, and the damping ratio along the tangent",
-        |given, by| {
-            let has_its_own = given.constants.law.contact.springs == Springs::HertzMindlin;
-            if has_its_own && given.constants.law.has_friction() {
-                given.constants.damping_ratios[1] *= 1.0 + by;
-            }
-        },
-    ),
-    constant(
-        -4,
-        "bending stiffness",
-        "law.contact.rolling.bending_stiffness",
-        |given, by| roll(given, |rolling| rolling.bending_stiffness *= 1.0 + by),
-    ),
-    constant(
-        -5,
-        "twisting stiffness",
-        "law.contact.rolling.twisting_stiffness",
-        |given, by| roll(given, |rolling| rolling.twisting_stiffness *= 1.0 + by),
-    ),
-    constant(
-        -6,
-        "η",
-        "law.contact.rolling.limit: the largest moment |N| η (R1 + R2)/2",
-        |given, by| {
-            roll(given, |rolling| {
-                rolling
-                    .limit
-                    .iter_mut()
-                    .for_each(|limit| *limit *= 1.0 + by);
-            });
-        },
-    ),
-    constant(-7, "γ", "law.contact.adhesion", |given, by| {
-        let adhesion = given.constants.law.contact.adhesion.iter_mut();
-        adhesion.for_each(|energy| *energy *= 1.0 + by);
-    }),
-    constant(
-        -8,
-        "E of material 1",
-        "law.materials, of which the first is material 1",
-        |given, by| {
-            let first = given.constants.law.materials.first_mut();
-            first
-                .into_iter()
-                .for_each(|solid| solid.modulus *= 1.0 + by);
-        },
-    ),
+    Row {
+        fault: "tangential-dashpot",
+        ..constant(
+            -3,
+            "c_s",
+            "law.contact.tangential_viscosity, and the damping ratio along the tangent",
+            |given, by| {
+                let has_its_own = given.constants.law.contact.springs == Springs::HertzMindlin;
+                if has_its_own && given.constants.law.has_friction() {
+                    given.constants.damping_ratios[1] *= 1.0 + by;
+                }
+            },
+        )
+    },
+    Row {
+        fault: "rolling-stiffness",
+        ..constant(
+            -4,
+            "bending stiffness",
+            "law.contact.rolling.bending_stiffness",
+            |given, by| roll(given, |rolling| rolling.bending_stiffness *= 1.0 + by),
+        )
+    },
+    Row {
+        fault: "twisting-stiffness",
+        ..constant(
+            -5,
+            "twisting stiffness",
+            "law.contact.rolling.twisting_stiffness",
+            |given, by| roll(given, |rolling| rolling.twisting_stiffness *= 1.0 + by),
+        )
+    },
+    Row {
+        fault: "rolling-limit",
+        ..constant(
+            -6,
+            "η",
+            "law.contact.rolling.limit: the largest moment |N| η (R1 + R2)/2",
+            |given, by| {
+                roll(given, |rolling| {
+                    rolling
+                        .limit
+                        .iter_mut()
+                        .for_each(|limit| *limit *= 1.0 + by);
+                });
+            },
+        )
+    },
+    Row {
+        fault: "adhesion",
+        ..constant(-7, "γ", "law.contact.adhesion", |given, by| {
+            let adhesion = given.constants.law.contact.adhesion.iter_mut();
+            adhesion.for_each(|energy| *energy *= 1.0 + by);
+        })
+    },
+    Row {
+        fault: "material",
+        ..constant(
+            -8,
+            "E of material 1",
+            "law.materials, of which the first is material 1",
+            |given, by| {
+                let first = given.constants.law.materials.first_mut();
+                first
+                    .into_iter()
+                    .for_each(|solid| solid.modulus *= 1.0 + by);
+            },
+        )
+    },
     constant(
         3,
         "velocity of the punch",

@@ -1,0 +1,331 @@
+//! Which few terms, each another number of times or by powers of sizes, explain all that is left over.
+
+use std::collections::BTreeMap;
+
+use grains::tables::Snapshot;
+use grains::task::Case;
+use grains::vector::{Vector, dot, hypot, minus, times};
+use nalgebra::{DMatrix, DVector};
+
+use super::place::place;
+use super::{PLAIN, Row, Term};
+
+/// So many rows of a kind are looked at.
+const MOST_ROWS: usize = 300;
+/// So many terms may be other ones at once.
+const MOST_TERMS: usize = 3;
+/// So many of the best sets of terms are looked at closely.
+const TRIED: usize = 12;
+
+impl Row {
+    pub(super) fn ratio(&self) -> f64 {
+        hypot(self.off) / self.least
+    }
+
+    pub(super) fn is_off(&self) -> bool {
+        self.ratio() > 1.0 || self.ratio().is_nan()
+    }
+
+    /// What is left of it with so much more of some terms.
+    fn left(&self, more: &[(usize, f64)]) -> f64 {
+        let left = more.iter().fold(self.off, |left, (term, more)| {
+            minus(left, times(*more, self.terms[*term].2))
+        });
+        hypot(left) / self.least
+    }
+}
+
+/// What explains all rows of a kind, or all that are off, and which those are.
+pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(String, String)> {
+    let none = rows
+        .iter()
+        .filter(|row| !row.off.iter().all(|part| part.is_finite()))
+        .count();
+    if none > 0 {
+        return Some((
+            format!("{none} of {} are no numbers", rows.len()),
+            String::new(),
+        ));
+    }
+    let off: Vec<&Row> = rows.iter().filter(|row| row.is_off()).collect();
+    let plainly = off.iter().filter(|row| row.ratio() > 30.0).count();
+    if plainly == 0 || !off.iter().any(|row| row.ratio() > PLAIN) {
+        return None;
+    }
+    let right = rows.iter().filter(|row| !row.is_off());
+    let some = |rows: &[&Row]| -> usize { rows.len().div_ceil(MOST_ROWS).max(1) };
+    let right: Vec<&Row> = right.collect();
+    let both: Vec<&Row> = off
+        .iter()
+        .step_by(some(&off))
+        .chain(right.iter().step_by(some(&right)))
+        .copied()
+        .collect();
+    let all: Vec<&Row> = rows.iter().collect();
+    let said = of_terms(&both, &all, plainly);
+    if said.is_some() || right.is_empty() {
+        return said.map(|said| (said, String::new()));
+    }
+    let some: Vec<&Row> = off.iter().step_by(some(&off)).copied().collect();
+    let said = of_terms(&some, &off, plainly)?;
+    Some((said, format!(" ({})", place(rows, &off, runs))))
+}
+
+/// Multiples that a formula has before all others, and after them factors that hang on sizes.
+fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
+    let plain = search(some, all, plainly, true);
+    let by_sizes = || factor(some, all, plainly);
+    let any = || search(some, all, plainly, false);
+    plain.or_else(by_sizes).or_else(any)
+}
+
+/// The fewest terms of which another multiple explains all rows.
+fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Option<String> {
+    let count = some[0].terms.len();
+    let most = |term: usize| {
+        some.iter()
+            .map(|row| hypot(row.terms[term].2) / row.least)
+            .fold(0.0, f64::max)
+    };
+    let live: Vec<usize> = (0..count).filter(|term| most(*term) > 1.0).collect();
+    let column = |of: &dyn Fn(&Row) -> Vector| {
+        let values = some
+            .iter()
+            .flat_map(|row| of(row).map(|part| part / row.least));
+        DVector::from_iterator(3 * some.len(), values)
+    };
+    let off = column(&|row| row.off);
+    let columns: Vec<DVector<f64>> = live
+        .iter()
+        .map(|term| column(&|row| row.terms[*term].2))
+        .collect();
+    let gram = DMatrix::from_fn(live.len(), live.len(), |a, b| columns[a].dot(&columns[b]));
+    let onto = DVector::from_fn(live.len(), |a, _| columns[a].dot(&off));
+    for size in 1..=MOST_TERMS.min(plainly) {
+        let mut sets: Vec<(f64, Vec<usize>)> = subsets(live.len(), size)
+            .into_iter()
+            .filter_map(|set| {
+                let part = DMatrix::from_fn(size, size, |a, b| gram[(set[a], set[b])]);
+                let of = DVector::from_fn(size, |a, _| onto[set[a]]);
+                let found = part.cholesky()?.solve(&of);
+                Some((-found.dot(&of), set))
+            })
+            .collect();
+        sets.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let fitted = sets.into_iter().take(TRIED).filter_map(|(_, set)| {
+            let matrix = DMatrix::from_columns(
+                &set.iter()
+                    .map(|at| columns[*at].clone())
+                    .collect::<Vec<_>>(),
+            );
+            let found = matrix.svd(true, true).solve(&off, 1.0e-13).ok()?;
+            let more: Vec<(usize, f64)> = set
+                .iter()
+                .map(|at| live[*at])
+                .zip(found.iter().copied())
+                .collect();
+            all.iter().all(|row| row.left(&more) <= 5.0).then_some(more)
+        });
+        let mut fitted: Vec<Vec<(usize, f64)>> = fitted.collect();
+        let ugly = |more: &Vec<(usize, f64)>| {
+            more.iter()
+                .filter(|(term, more)| !is_plain(some[0].terms[*term].1 + more))
+                .count()
+        };
+        // As many free numbers as rows explain anything.
+        fitted
+            .retain(|more| plainly > 5 * size && !only_plain || plainly > size && ugly(more) == 0);
+        fitted.sort_by_key(|more| {
+            (
+                ugly(more),
+                more.iter().map(|(term, _)| *term).sum::<usize>(),
+            )
+        });
+        if let Some(more) = fitted.first() {
+            let rounded = more.iter().map(|(term, more)| {
+                let usual = some[0].terms[*term].1;
+                let error = (4.0 / most(*term)).clamp(1.0e-6, 1.0e-2);
+                let now = usual + more;
+                let near = (2.0 * now).round() / 2.0;
+                (
+                    *term,
+                    if (now - near).abs() <= error {
+                        near - usual
+                    } else {
+                        *more
+                    },
+                )
+            });
+            let rounded: Vec<(usize, f64)> = rounded.filter(|(_, more)| *more != 0.0).collect();
+            return Some(in_words(&some[0].terms, &rounded));
+        }
+    }
+    None
+}
+
+fn subsets(of: usize, size: usize) -> Vec<Vec<usize>> {
+    let mut all = vec![Vec::new()];
+    for _ in 0..size {
+        let longer = all.iter().flat_map(|set: &Vec<usize>| {
+            let from = set.last().map_or(0, |last| last + 1);
+            (from..of).map(move |next| [&set[..], &[next]].concat())
+        });
+        all = longer.collect();
+    }
+    all
+}
+
+/// Whether a factor is one that a formula has: halves, and roots of two.
+fn is_plain(factor: f64) -> bool {
+    let near = |multiple: f64| (multiple - multiple.round()).abs() < 1.0e-6;
+    near(2.0 * factor) || near(factor.abs() * std::f64::consts::SQRT_2)
+}
+
+fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
+    let close = |a: f64, b: f64| (a - b).abs() < 1.0e-6;
+    let gone = |of: &&(usize, f64)| terms[of.0].1 != 0.0 && close(of.1, -terms[of.0].1);
+    let new = |of: &&(usize, f64)| terms[of.0].1 == 0.0 && close(of.1, 1.0);
+    if let (2, Some(gone), Some(new)) = (more.len(), more.iter().find(gone), more.iter().find(new))
+    {
+        return format!(
+            "with {} in the place of {}",
+            terms[new.0].0, terms[gone.0].0
+        );
+    }
+    let said = more.iter().map(|(term, more)| {
+        let (name, usual, _) = terms[*term];
+        let now = usual + more;
+        match usual {
+            _ if close(now, 0.0) => format!("without {name}"),
+            0.0 if close(now, 1.0) => format!("with {name} besides"),
+            0.0 => format!("with {} × {name} besides", number(now)),
+            _ if close(now, -usual) => format!("with {name} of the other sign"),
+            _ => format!("with {name} × {}", number(now / usual)),
+        }
+    });
+    said.collect::<Vec<_>>().join(", and ")
+}
+
+fn number(value: f64) -> String {
+    let short = format!("{value:.6}");
+    match short.contains('.') && value.abs() >= 1.0e-3 {
+        true => short.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => format!("{value:.6e}"),
+    }
+}
+
+/// One term whose factor goes by powers of sizes, or hangs on what touches.
+fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
+    if plainly < 6 {
+        return None;
+    }
+    let count = some[0].terms.len();
+    (0..count).find_map(|term| {
+        let (name, usual, _) = some[0].terms[term];
+        // A row without the term says nothing of its factor, and must be right.
+        let of = |row: &Row| -> Option<f64> {
+            let value = row.terms[term].2;
+            let more = dot(row.off, value) / dot(value, value);
+            (row.left(&[(term, more)]) <= 2.0).then_some(usual + more)
+        };
+        let has = |row: &&&Row| hypot(row.terms[term].2) > row.least;
+        let clear = |row: &&&Row| hypot(row.terms[term].2) > 1.0e3 * row.least;
+        let without = all.iter().filter(|row| !has(row)).any(|row| row.is_off());
+        if without || !all.iter().filter(has).all(|row| of(row).is_some()) {
+            return None;
+        }
+        let rows: Vec<&&Row> = some.iter().filter(clear).collect();
+        let factors: Vec<f64> = rows.iter().filter_map(|row| of(row)).collect();
+        let (low, high) = factors
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(low, high), of| {
+                (low.min(*of), high.max(*of))
+            });
+        if rows.len() < 6 || high - low <= 1.0e-6 * high.abs().max(usual) {
+            return None;
+        }
+        by_powers(name, &rows, &factors, term).or_else(|| by_groups(name, &rows, &factors))
+    })
+}
+
+fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option<String> {
+    if factors.iter().any(|factor| *factor <= 0.0) {
+        return None;
+    }
+    let sizes = &rows[0].sizes;
+    let logarithm = |row: &Row, size: usize| row.sizes[size].1.ln();
+    // What adhesion holds has an overlap below 0.
+    let has_power = |size: &usize| rows.iter().all(|row| logarithm(row, *size).is_finite());
+    let sets = (1..=2).flat_map(|count| subsets(sizes.len(), count));
+    let sets = sets.filter(|set| set.iter().all(has_power));
+    let found = sets.filter_map(|set| {
+        let matrix = DMatrix::from_fn(rows.len(), set.len() + 1, |row, column| match column {
+            0 => 1.0,
+            _ => logarithm(rows[row], set[column - 1]),
+        });
+        let logarithms =
+            DVector::from_iterator(factors.len(), factors.iter().map(|factor| factor.ln()));
+        let found = matrix.svd(true, true).solve(&logarithms, 1.0e-13).ok()?;
+        let powers: Vec<f64> = found
+            .iter()
+            .skip(1)
+            .map(|power| (6.0 * power).round() / 6.0)
+            .collect();
+        if powers.contains(&0.0) || powers.iter().any(|power| power.abs() > 3.0) {
+            return None;
+        }
+        let sum = |row: &Row| {
+            set.iter()
+                .zip(&powers)
+                .map(|(size, power)| power * logarithm(row, *size))
+                .sum::<f64>()
+        };
+        let constants: Vec<f64> = rows
+            .iter()
+            .zip(factors)
+            .map(|(row, factor)| factor.ln() - sum(row))
+            .collect();
+        let constant = constants.iter().sum::<f64>() / constants.len() as f64;
+        let fits = rows.iter().zip(factors).all(|(row, factor)| {
+            let off = (constant + sum(row)).exp() - factor;
+            off.abs() * hypot(row.terms[term].2)
+                <= 3.0 * row.least + 1.0e-8 * factor.abs() * hypot(row.terms[term].2)
+        });
+        fits.then(|| {
+            let power = |(size, power): (&usize, &f64)| match *power {
+                1.0 => sizes[*size].0.to_owned(),
+                0.5 => format!("√{}", sizes[*size].0),
+                power => format!("{}^{}", sizes[*size].0, number(power)),
+            };
+            let by: Vec<String> = set.iter().zip(&powers).map(power).collect();
+            let (by, of) = (by.join(" × "), constant.exp());
+            match (of - 1.0).abs() < 1.0e-6 {
+                true => (0, format!("with {name} × {by} (SI)")),
+                false => (1, format!("with {name} × {} × {by} (SI)", number(of))),
+            }
+        })
+    });
+    // Two powers and a number besides fit too much.
+    let found = found.filter(|(own, said)| *own == 0 || said.matches(" × ").count() < 3);
+    // A formula has no number of its own, if there is such a one.
+    found.min_by_key(|found| found.0).map(|found| found.1)
+}
+
+fn by_groups(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
+    let mut groups: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for (row, factor) in rows.iter().zip(factors) {
+        groups.entry(&row.between).or_default().push(*factor);
+    }
+    let same = |of: &Vec<f64>| {
+        of.iter()
+            .all(|factor| (factor - of[0]).abs() <= 1.0e-6 * of[0].abs().max(1.0e-3))
+    };
+    let told = groups.len() > 1 && groups.len() <= 9 && groups.values().all(same);
+    told.then(|| {
+        let other = groups.iter().filter(|(_, of)| (of[0] - 1.0).abs() > 1.0e-6);
+        let said: Vec<String> = other
+            .map(|(between, of)| format!("{} between {between}", number(of[0])))
+            .collect();
+        format!("with {name} × {}", said.join(", by "))
+    })
+}

@@ -1,0 +1,180 @@
+//! What is left over of velocities, spins and places after a step, by the forces that an engine wrote before it.
+
+use grains::rules::{
+    DampedGravity, DampedSpins, DampingComponents, DampingVelocity, GivenVelocities, Integration,
+};
+use grains::tables::Snapshot;
+use grains::vector::{Vector, each, hypot, minus, plus, times};
+
+use super::residuals::{Follower, Loads};
+use super::{NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, Term, VELOCITIES};
+
+impl Follower<'_> {
+    /// Velocities, spins and places after a step, from the forces that are written before it.
+    pub(super) fn motion(
+        &self,
+        (was, now): (&Snapshot, &Snapshot),
+        (loads, before): (&[Loads], Option<&[Loads]>),
+        at: usize,
+        rows: &mut Rows,
+    ) {
+        let model = &self.case.model;
+        let rules = model.law.resolved(model.rules);
+        let first_is_half = rules.given_velocities != GivenVelocities::HalfStepBefore && at == 1;
+        let plain = rules.damping_velocity == DampingVelocity::Middle
+            && rules.damped_gravity == DampedGravity::Damped
+            && rules.damping_components == DampingComponents::Each;
+        if now.step != was.step + 1 || first_is_half || !(plain || model.alpha == 0.0) {
+            return;
+        }
+        let (dt, bodies) = (model.dt, &self.case.bodies);
+        let vector = |columns: [&[f64]; 3], id: usize| {
+            columns.map(|column| column.get(id).copied().unwrap_or(0.0))
+        };
+        let places = |of: &Snapshot, id| vector([&of.bodies.x, &of.bodies.y, &of.bodies.z], id);
+        let velocity =
+            |of: &Snapshot, id| vector([&of.bodies.vx, &of.bodies.vy, &of.bodies.vz], id);
+        let spin =
+            |of: &Snapshot, id| vector([&of.bodies.spin_x, &of.bodies.spin, &of.bodies.spin_z], id);
+        let sum = |of: &mut dyn Iterator<Item = Vector>| of.fold(NONE, plus);
+        let rolls = model.law.contact.rolling.is_some();
+        for (id, load) in loads.iter().enumerate() {
+            let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
+            let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
+                let mut sizes = vec![("m", mass), ("R", radius)];
+                sizes.extend(bodies.inertia.get(id).map(|inertia| ("I", *inertia)));
+                rows.entry((quantity, 0)).or_default().push(Row {
+                    at: (self.run, at),
+                    of: Of::Grain(id),
+                    off,
+                    least,
+                    terms,
+                    sizes,
+                    between: String::new(),
+                });
+            };
+            let ([x0, x1], [v0, v1]) = (
+                [was, now].map(|of| places(of, id)),
+                [was, now].map(|of| velocity(of, id)),
+            );
+            if rules.integration == Integration::KickDrift {
+                let gone = times(1.0 / dt, minus(x1, x0));
+                let least =
+                    ROUNDED * hypot(v1).max(hypot(gone)) + 4.0 * f64::EPSILON * hypot(x1) / dt;
+                add(
+                    PLACES,
+                    minus(gone, v1),
+                    least,
+                    terms! {
+                        "Δt·v after the kick", 1.0 => v1;
+                        "the kick of this step in Δt·v", 1.0 => minus(v1, v0);
+                        "Δt·v before the kick", 0.0 => v0;
+                    },
+                );
+            }
+            // The acceleration before local damping, from the change after it: of both signs the one that it follows from.
+            let undamped = |change: Vector, before: Vector, is_damped: bool| {
+                each([0, 1, 2], |axis| {
+                    let a = change[axis] / dt;
+                    let of = |sign: f64| a / (1.0 - model.alpha * sign);
+                    let follows =
+                        |sign: &f64| sign * of(*sign) * (before[axis] + 0.5 * dt * of(*sign)) > 0.0;
+                    // Where both do, nothing is known.
+                    match [1.0, -1.0].map(|sign| follows(&sign)) {
+                        _ if !is_damped || model.alpha == 0.0 => (a, 0.0),
+                        [true, true] => (f64::NAN, 0.0),
+                        [true, false] => (of(1.0), 1.0),
+                        [false, true] => (of(-1.0), -1.0),
+                        [false, false] => (a, 0.0),
+                    }
+                })
+            };
+            let damping = |acting: Vector, signs: Vector, axes: &[usize]| {
+                each([0, 1, 2], |axis| {
+                    let share = model.alpha * signs[axis];
+                    acting[axis] * share / (1.0 - share) * f64::from(u8::from(axes.contains(&axis)))
+                })
+            };
+            let weight = times(mass, [model.gravity[0], 0.0, model.gravity[1]]);
+            let of_kind =
+                |kind: usize| plus(load.kinds[kind].forces[0], load.kinds[kind].forces[1]);
+            let forces = load.force();
+            let acting = plus(forces, weight);
+            let a = undamped(minus(v1, v0), v0, true);
+            let (gained, signs) = (times(mass, a.map(|a| a.0)), a.map(|a| a.1));
+            let largest = load
+                .kinds
+                .iter()
+                .flat_map(|kind| kind.forces)
+                .map(hypot)
+                .fold(hypot(weight), f64::max);
+            let least =
+                ROUNDED * largest + 4.0 * f64::EPSILON * mass * hypot(v1).max(hypot(v0)) / dt;
+            let terms: Vec<Term> = terms! {
+                "all contact forces", 1.0 => forces;
+                "the weight", 1.0 => weight;
+                "normal forces", 1.0 => sum(&mut load.kinds.iter().map(|kind| kind.forces[0]));
+                "tangential forces", 1.0 => sum(&mut load.kinds.iter().map(|kind| kind.forces[1]));
+                "forces on the first of a pair", 1.0 => of_kind(0);
+                "forces on the second of a pair", 1.0 => of_kind(1);
+                "forces of walls", 1.0 => of_kind(2);
+                "forces of the punch", 1.0 => of_kind(3);
+                "tangential forces of walls", 1.0 => load.kinds[2].forces[1];
+                "tangential forces of the punch", 1.0 => load.kinds[3].forces[1];
+                "tangential forces on the first of a pair", 1.0 => load.kinds[0].forces[1];
+                "tangential forces on the second of a pair", 1.0 => load.kinds[1].forces[1];
+                "the normal dashpots' forces", 1.0 => load.dashpots[0];
+                "the tangential dashpots' forces", 1.0 => load.dashpots[1];
+                "local damping", -1.0 => damping(acting, signs, &[0, 1, 2]);
+                "local damping along x", -1.0 => damping(acting, signs, &[0]);
+                "local damping along y", -1.0 => damping(acting, signs, &[1]);
+                "local damping along z", -1.0 => damping(acting, signs, &[2]);
+                "contact forces of the step before", 0.0 => before.map_or(NONE, |before| before[id].force());
+                "m·v/Δt", 0.0 => times(mass / dt, v0);
+            };
+            if gained.iter().all(|of| of.is_finite()) {
+                add(VELOCITIES, minus(gained, acting), least, terms);
+            }
+            // What moments remember is not written.
+            if !model.law.rotates() || rolls && was.step > 0 {
+                continue;
+            }
+            let ([w0, w1], inertia) = ([was, now].map(|of| spin(of, id)), bodies.inertia[id]);
+            let is_damped = rules.damped_spins == DampedSpins::Damped;
+            let torque = plus(load.torque(), plus(load.moments[0], load.moments[1]));
+            let a = undamped(minus(w1, w0), w0, is_damped);
+            let (gained, signs) = (times(inertia, a.map(|a| a.0)), a.map(|a| a.1));
+            let largest = load
+                .kinds
+                .iter()
+                .map(|kind| hypot(kind.torque))
+                .chain(load.moments.map(hypot));
+            let least = ROUNDED * largest.fold(radius * 1.0e-6 * hypot(weight), f64::max)
+                + 4.0 * f64::EPSILON * inertia * hypot(w1).max(hypot(w0)) / dt;
+            let of_kind = |kind: usize| load.kinds[kind].torque;
+            let terms: Vec<Term> = terms! {
+                "all torques of forces", 1.0 => load.torque();
+                "moments against rolling", 1.0 => load.moments[0];
+                "moments against twisting", 1.0 => load.moments[1];
+                "torques on the first of a pair", 1.0 => of_kind(0);
+                "torques on the second of a pair", 1.0 => of_kind(1);
+                "torques at walls", 1.0 => of_kind(2);
+                "torques at the punch", 1.0 => of_kind(3);
+                "the tangential dashpots' torques", 1.0 => load.braking;
+                "the tangential force times u/2, of grains,", 0.0 => load.half[0];
+                "the tangential force times u/2, at walls,", 0.0 => load.half[1];
+                "the tangential force times u/2, at the punch,", 0.0 => load.half[2];
+                "the torques of what Coulomb's limit cuts", 0.0 => load.cut;
+                "torques of the step before", 0.0 => before.map_or(NONE, |before| before[id].torque());
+                "what the other grain's arm gives it more than its own", 0.0 => load.others[0];
+                "what the first one's arm gives the second more than its own", 0.0 => load.others[1];
+                "R·(normal force) against the spin", 0.0 => load.rolling;
+                "local damping of spins", -1.0 => damping(torque, signs, &[0, 1, 2]);
+                "I·ω/Δt", 0.0 => times(inertia / dt, w0);
+            };
+            if gained.iter().all(|of| of.is_finite()) {
+                add(SPINS, minus(gained, torque), least, terms);
+            }
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Where an engine's numbers are off.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grains::tables::Snapshot;
+use grains::task::Case;
+
+use super::{Of, Row};
+use crate::conditions;
+
+/// So many grains or contacts are named.
+const FEW: usize = 4;
+
+/// Where rows are off: what all of them have at the moment that has most, or which they are.
+pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -> String {
+    let mut few: Vec<String> = Vec::new();
+    for row in off {
+        let name = match row.of {
+            Of::Contact(one, two) => format!("{one}–{two}"),
+            Of::Grain(id) => format!("grain {id}"),
+        };
+        if !few.contains(&name) {
+            few.push(name);
+        }
+        if few.len() > FEW {
+            break;
+        }
+    }
+    if few.len() <= FEW {
+        return format!("{} alone", few.join(", "));
+    }
+    let mut moments: BTreeMap<(usize, usize), (usize, usize)> = BTreeMap::new();
+    for row in rows {
+        let of = moments.entry(row.at).or_default();
+        of.0 += 1;
+        of.1 += usize::from(row.is_off());
+    }
+    let whole = moments
+        .values()
+        .filter(|(_, off)| *off > 0)
+        .all(|(all, off)| all == off);
+    if whole {
+        let steps = moments.iter().filter(|(_, of)| of.1 > 0);
+        let steps: BTreeSet<usize> = steps.map(|(at, _)| at.1).collect();
+        let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
+        let more = if steps.len() > 6 { ", …" } else { "" };
+        return format!(
+            "in step {}{more} alone, and in all of them there",
+            steps[..steps.len().min(6)].join(", ")
+        );
+    }
+    let (run, at) = moments
+        .iter()
+        .max_by_key(|(_, of)| of.1)
+        .map_or((0, 0), |(at, _)| *at);
+    let here: Vec<&&Row> = off.iter().filter(|row| row.at == (run, at)).collect();
+    let (case, moments) = runs[run];
+    let contacts: Vec<(u32, u32)> = here
+        .iter()
+        .filter_map(|row| match row.of {
+            Of::Contact(one, two) => Some((one, two)),
+            Of::Grain(_) => None,
+        })
+        .collect();
+    let grains: Vec<usize> = here
+        .iter()
+        .filter_map(|row| match row.of {
+            Of::Grain(id) => Some(id),
+            Of::Contact(..) => None,
+        })
+        .collect();
+    let before = at.checked_sub(1).map(|before| &moments[before]);
+    let all: Vec<Of> = rows
+        .iter()
+        .filter(|row| row.at == (run, at))
+        .map(|row| row.of)
+        .collect();
+    let condition = match contacts.is_empty() {
+        true => {
+            let among = |id: usize| all.contains(&Of::Grain(id));
+            conditions::of_grains(case, &moments[at.saturating_sub(1)], &grains, &among)
+        }
+        false => {
+            let among = |ids: (u32, u32)| all.contains(&Of::Contact(ids.0, ids.1));
+            conditions::of_contacts(case, before, &moments[at], &contacts, &among)
+        }
+    };
+    condition.unwrap_or_else(|| format!("{} of {}", off.len(), rows.len()))
+}

@@ -1,0 +1,547 @@
+//! What is left over of each force that an engine writes, when the model makes it of the other numbers that the engine has written.
+
+use std::collections::BTreeMap;
+
+use grains::reference::{Parts, Reference, Told};
+use grains::rules::{SpringWhenSliding, TangentialDashpot, WrittenVelocities};
+use grains::tables::{Body, Contact, Snapshot};
+use grains::task::Case;
+use grains::vector::{Vector, cross, dot, hypot, minus, plus, times};
+
+use super::*;
+use crate::contacts::Table;
+
+/// Contacts stick or slide for certain below and above these shares of Coulomb's limit.
+const STICKS: f64 = 0.5;
+const SLIDES: f64 = 1.05;
+/// A spring that is turned to the first order leaves the tangent by so many times the squared angles at most.
+const LOOSE: f64 = 40.0;
+/// So much of Coulomb's limit tells that a force has been cut to it.
+const AT_LIMIT: f64 = 1.0e-6;
+
+/// Goes along a run.
+pub(super) struct Follower<'a> {
+    pub(super) case: &'a Case,
+    pub(super) run: usize,
+    /// What each contact had at the moment before, and by how much its normal has turned so far, squared, rad².
+    before: BTreeMap<(u32, u32), Before>,
+}
+
+struct Before {
+    parts: Parts,
+    overlap: f64,
+    normal: Vector,
+    normal_force: f64,
+    tangential: Vector,
+    turned: f64,
+}
+
+/// Forces and torques on a grain of one kind.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Load {
+    /// By the normal and by the tangential force.
+    pub(super) forces: [Vector; 2],
+    pub(super) torque: Vector,
+}
+
+/// What acts on a grain: as the first and as the second of a pair, at walls, at the punch.
+#[derive(Clone, Default)]
+pub(super) struct Loads {
+    pub(super) kinds: [Load; 4],
+    pub(super) dashpots: [Vector; 2],
+    /// Torques of the dashpots along the tangent, of what half of the overlap is of the arms, of the other grain's torque in the place of its own.
+    pub(super) braking: Vector,
+    pub(super) half: [Vector; 3],
+    /// Torques of what Coulomb's limit has cut.
+    pub(super) cut: Vector,
+    pub(super) others: [Vector; 2],
+    pub(super) moments: [Vector; 2],
+    /// The normal forces times the radius, against the spin.
+    pub(super) rolling: Vector,
+}
+
+impl Loads {
+    pub(super) fn force(&self) -> Vector {
+        let all = self.kinds.iter().flat_map(|kind| kind.forces);
+        all.fold(NONE, plus)
+    }
+
+    pub(super) fn torque(&self) -> Vector {
+        self.kinds
+            .iter()
+            .fold(NONE, |sum, kind| plus(sum, kind.torque))
+    }
+}
+
+impl<'a> Follower<'a> {
+    pub(super) fn new(case: &'a Case, run: usize) -> Self {
+        Follower {
+            case,
+            run,
+            before: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn follow(&mut self, moments: &[Snapshot], rows: &mut Rows) {
+        let rules = self.case.model.law.resolved(self.case.model.rules);
+        if rules.written_velocities != WrittenVelocities::HalfStep {
+            return;
+        }
+        let mut past: Option<(&Snapshot, Vec<Loads>)> = None;
+        let mut before: Option<Vec<Loads>> = None;
+        for (at, now) in moments.iter().enumerate() {
+            let mut now_bodies = now.bodies.clone();
+            let given = &self.case.bodies;
+            now_bodies.radius.clone_from(&given.radius);
+            now_bodies.mass.clone_from(&given.mass);
+            now_bodies.inertia.clone_from(&given.inertia);
+            now_bodies.material.clone_from(&given.material);
+            if let Some((was, loads)) = &past {
+                self.motion((*was, now), (loads, before.as_deref()), at, rows);
+            }
+            before = past.take().map(|(_, loads)| loads);
+            let model = &self.case.model;
+            let reference = Reference::holding(model, &now_bodies, now.punch, &now.contacts);
+            let loads = self.contacts(&reference, now, at, rows);
+            past = Some((now, loads));
+        }
+    }
+
+    /// The contacts of a moment; what they do to each grain.
+    fn contacts(
+        &mut self,
+        reference: &Reference,
+        now: &Snapshot,
+        at: usize,
+        rows: &mut Rows,
+    ) -> Vec<Loads> {
+        let case = self.case;
+        let (law, dt) = (&case.model.law, case.model.dt);
+        let rules = law.resolved(case.model.rules);
+        let mut loads = vec![Loads::default(); case.bodies.len()];
+        let own = reference.contacts_with_across();
+        let mut own = Table {
+            contacts: &own.0,
+            across: &own.1,
+        }
+        .rows()
+        .peekable();
+        let mut after = BTreeMap::new();
+        for row in Table::from(now).rows() {
+            let (contact, ids) = (row.contact, row.ids());
+            while own.next_if(|own| own.ids() < ids).is_some() {}
+            let Some(made) = own.next_if(|own| own.ids() == ids) else {
+                continue;
+            };
+            let (normal, fn_told, u) = (row.normal(), contact.normal_force, contact.overlap);
+            let tangential = match case.bodies.in_space() {
+                true => row.tangential(),
+                false => times(contact.tangential_force, [-normal[2], 0.0, normal[0]]),
+            };
+            let was = self.before.get(&ids);
+            let told = was.map(|was| {
+                // A force that is at its limit had no dashpot added.
+                let limit = was.parts.limit;
+                let cut = is_at(hypot(was.tangential), limit, was.turned);
+                let acts = match rules.tangential_dashpot {
+                    TangentialDashpot::None => false,
+                    TangentialDashpot::WhileSticking => !cut,
+                    _ => true,
+                };
+                let whole = was
+                    .parts
+                    .brakings
+                    .iter()
+                    .fold(NONE, |sum, of| plus(sum, *of));
+                // What of the spring lies along the normal is told with the normal force.
+                let more = was.normal_force - was.parts.normal_force;
+                let most = LOOSE * was.turned * hypot(was.tangential).max(was.parts.limit);
+                let along = if more.abs() <= most {
+                    times(more, was.normal)
+                } else {
+                    NONE
+                };
+                let told = Told {
+                    normal: was.normal,
+                    overlap: was.overlap,
+                    tangential: plus(was.tangential, along),
+                    braking: whole,
+                    brakes: acts,
+                    slip: was.parts.slips.iter().fold(NONE, |sum, of| plus(sum, *of)),
+                };
+                (told, cut)
+            });
+            let Some(parts) = reference.parts(ids, (fn_told, tangential), told.map(|told| told.0))
+            else {
+                continue;
+            };
+            let turn = was.map_or(0.0, |was| hypot(cross(was.normal, normal)).powi(2));
+            let turned = was.map_or(0.0, |was| was.turned) + turn;
+            let size = [parts.elastic, parts.viscous, parts.pull, fn_told]
+                .map(f64::abs)
+                .into_iter()
+                .fold(0.0, f64::max);
+            let before = was.map_or(0.0, |was| was.parts.limit.max(hypot(was.tangential)));
+            let loose = LOOSE * turned * hypot(tangential).max(parts.limit).max(before);
+            let kind = parts.first as usize;
+            let [r1, r2] = parts.radii;
+            let m2 = case.bodies.mass[ids.1 as usize];
+            let m1 = case.bodies.mass.get(ids.0 as usize).copied().unwrap_or(m2);
+            let sizes = vec![
+                ("u", u),
+                ("R₁", r1),
+                ("R₂", r2),
+                ("(R₁ + R₂)", r1 + r2),
+                ("R₁R₂/(R₁ + R₂)", r1 * r2 / (r1 + r2)),
+                ("min(R₁, R₂)", r1.min(r2)),
+                ("max(R₁, R₂)", r1.max(r2)),
+                ("m₁m₂/(m₁ + m₂)", m1 * m2 / (m1 + m2)),
+                ("m₁", m1),
+                ("m₂", m2),
+                ("(m₁ + m₂)", m1 + m2),
+                ("(R₂ − u)", r2 - u),
+                ("(R₂ − u/2)", r2 - 0.5 * u),
+                ("max(m₁, m₂)", m1.max(m2)),
+                ("u of the step before", was.map_or(u, |was| was.overlap)),
+                (
+                    "|k_s·Δt·slip|",
+                    hypot(parts.slips.iter().fold(NONE, |sum, of| plus(sum, *of))),
+                ),
+                ("F_s", parts.elastic),
+                ("|F_s − F_a|", (parts.elastic - parts.pull).abs()),
+            ];
+            let material = |id: u32| case.bodies.material.get(id as usize).copied().unwrap_or(0);
+            let (a, b) = (material(ids.0), material(ids.1));
+            let between = match (case.bodies.material.is_empty(), parts.first) {
+                (false, _) => format!("materials {} and {}", a.min(b), a.max(b)),
+                (true, Body::Wall) => {
+                    format!("wall {} and grains", ids.0 - case.bodies.len() as u32)
+                }
+                _ => String::new(),
+            };
+            let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
+                rows.entry((quantity, kind)).or_default().push(Row {
+                    at: (self.run, at),
+                    of: Of::Contact(ids.0, ids.1),
+                    off,
+                    least,
+                    terms,
+                    sizes: sizes.clone(),
+                    between: between.clone(),
+                });
+            };
+            let one = |number: f64| [number, 0.0, 0.0];
+            // Lengths are rounded as places are.
+            let length = ROUNDED * r2;
+            let (own_u, own_normal) = (made.contact.overlap, made.normal());
+            add(
+                POINTS,
+                minus(row.point(), made.point()),
+                length,
+                terms! {
+                    "R of the first along the normal", 0.0 => times(r1, own_normal);
+                    "R of the second along the normal", 0.0 => times(r2, own_normal);
+                    "the overlap along the normal", 0.0 => times(own_u, own_normal);
+                },
+            );
+            let mut of_normal = terms! {
+                "the spring's force", 1.0 => one(parts.elastic);
+                "the dashpot's force", 1.0 => one(parts.viscous);
+                "the pull of adhesion", 1.0 => one(-parts.pull);
+            };
+            let [change, elastic, viscous] = was.map_or([0.0; 3], |was| {
+                [
+                    parts.c_n * (u - was.overlap) / dt,
+                    was.parts.elastic,
+                    was.parts.viscous,
+                ]
+            });
+            of_normal.extend(terms! {
+                "c_n·(change of overlap in the step)/Δt", 0.0 => one(change);
+                "the spring's force of the step before", 0.0 => one(elastic);
+                "the dashpot's force of the step before", 0.0 => one(viscous);
+            });
+            let punch = now
+                .punch
+                .filter(|_| parts.first == Body::Punch)
+                .map_or(0.0, |punch| punch.velocity);
+            of_normal.extend(terms! {
+                "the size of the dashpot's force", 0.0 => one(parts.viscous.abs());
+                "the dashpot's force by the punch's velocity", 1.0 => one(parts.c_n * punch * normal[2]);
+            });
+            let whole = parts.elastic + parts.viscous - parts.pull;
+            let is_cut = (parts.normal_force - whole).abs() > ROUNDED * size;
+            if is_cut {
+                of_normal.iter_mut().for_each(|term| term.1 = 0.0);
+            }
+            let gone = fn_told == 0.0 && !is_cut && law.has_dashpots();
+            let quantity = match gone {
+                true => CUT_AWAY,
+                false if is_cut => PULLED,
+                false => NORMAL,
+            };
+            add(
+                quantity,
+                one(fn_told - parts.normal_force),
+                ROUNDED * size + loose,
+                of_normal,
+            );
+            self.tangential(
+                &parts,
+                (tangential, normal, u, loose, turned),
+                was.zip(told),
+                &mut add,
+            );
+            // Loads by what is written.
+            let pairs = parts.first == Body::Grain;
+            let sides = [(0, ids.0, -1.0), (1 + kind, ids.1, 1.0)];
+            let acting = told_braking(&parts, (tangential, turned), rules.tangential_dashpot);
+            for (side, (which, id, sign)) in sides.into_iter().enumerate() {
+                if side == 0 && !pairs {
+                    continue;
+                }
+                let load = &mut loads[id as usize];
+                let spin = [&now.bodies.spin_x, &now.bodies.spin, &now.bodies.spin_z]
+                    .map(|of| of.get(id as usize).copied().unwrap_or(0.0));
+                let against = -fn_told * parts.radii[side] / hypot(spin).max(f64::MIN_POSITIVE);
+                load.rolling = plus(load.rolling, times(against, spin));
+                let by = [times(sign * fn_told, normal), times(sign, tangential)];
+                let of_kind = &mut load.kinds[which];
+                for (sum, by) in of_kind.forces.iter_mut().zip(by) {
+                    *sum = plus(*sum, by);
+                }
+                of_kind.torque = plus(of_kind.torque, parts.torques[side]);
+                let arm = |force: Vector, arm: f64| times(-arm, cross(normal, force));
+                load.dashpots[0] = plus(load.dashpots[0], times(sign * parts.viscous, normal));
+                load.dashpots[1] = plus(load.dashpots[1], times(sign, acting));
+                if acting != NONE {
+                    load.braking = plus(load.braking, parts.braking_torques[side]);
+                }
+                if is_at(hypot(tangential), parts.limit, turned) {
+                    load.cut = plus(load.cut, parts.cut_torques[side]);
+                }
+                let half = &mut load.half[kind];
+                *half = plus(*half, arm(tangential, 0.5 * u));
+                if pairs {
+                    let more = times(
+                        parts.radii[1 - side] - parts.radii[side],
+                        cross(tangential, normal),
+                    );
+                    for (sum, counts) in load.others.iter_mut().zip([true, side == 1]) {
+                        *sum = plus(*sum, if counts { more } else { NONE });
+                    }
+                }
+                for (sum, moment) in load.moments.iter_mut().zip(parts.moments) {
+                    *sum = plus(*sum, times(sign, moment));
+                }
+            }
+            after.insert(
+                ids,
+                Before {
+                    parts,
+                    overlap: u,
+                    normal,
+                    normal_force: fn_told,
+                    tangential,
+                    turned,
+                },
+            );
+        }
+        self.before = after;
+        if let Some(punch) = now.punch {
+            let force = |contact: &Contact, first: bool| {
+                let is_of_it = contact.id1 == case.ids().punch();
+                let size = contact.normal_force.hypot(contact.tangential_force);
+                match first {
+                    true if is_of_it => {
+                        contact.normal_force * contact.normal[1]
+                            + contact.tangential_force * contact.normal[0]
+                    }
+                    false => size,
+                    _ => 0.0,
+                }
+            };
+            let sum = |first: bool| {
+                now.contacts
+                    .iter()
+                    .map(|contact| force(contact, first))
+                    .sum::<f64>()
+            };
+            let [on_punch, sizes] = [-sum(true), sum(false)];
+            if !case.bodies.in_space() {
+                rows.entry((PUNCH, 2)).or_default().push(Row {
+                    at: (self.run, at),
+                    of: Of::Contact(case.ids().punch(), 0),
+                    off: [punch.force - on_punch, 0.0, 0.0],
+                    least: ROUNDED * (on_punch.abs() + punch.force.abs() + 1.0e-6 * sizes),
+                    terms: terms! {
+                        "the sum of its contacts' forces", 1.0 => [on_punch, 0.0, 0.0];
+                        "the sum of the sizes of all contacts' forces", 0.0 => [sizes, 0.0, 0.0];
+                    },
+                    sizes: Vec::new(),
+                    between: String::new(),
+                });
+            }
+        }
+        loads
+    }
+
+    /// A tangential force: that of a contact that begins or goes on, and that sticks or slides for certain.
+    fn tangential(
+        &self,
+        parts: &Parts,
+        (tangential, normal, u, loose, turned): (Vector, Vector, f64, f64, f64),
+        before: Option<(&Before, (Told, bool))>,
+        add: &mut dyn FnMut(usize, Vector, f64, Vec<Term>),
+    ) {
+        let case = self.case;
+        let rules = case.model.law.resolved(case.model.rules);
+        if !case.model.law.has_friction() {
+            return;
+        }
+        let kept_is_told = rules.spring_when_sliding == SpringWhenSliding::Limited;
+        if before.is_some_and(|(_, (_, cut))| cut && !kept_is_told) {
+            return;
+        }
+        let across = |of: Vector| minus(of, times(dot(of, normal), normal));
+        let sum = |of: &[Vector; 3]| of.iter().fold(NONE, |sum, part| plus(sum, *part));
+        let (slip, braking) = (sum(&parts.slips), sum(&parts.brakings));
+        let trial = plus(
+            plus(parts.kept, times(parts.share, slip)),
+            plus(parts.turns[0], parts.turns[1]),
+        );
+        let spins = |of: &[Vector; 3]| plus(of[1], of[2]);
+        let u_of = u / (parts.radii[0] + parts.radii[1]);
+        let (size, told, limit) = (hypot(trial), hypot(tangential), parts.limit);
+        let off = across(minus(tangential, parts.tangential));
+        let begins = before.is_none();
+        let mut of_before = Vec::new();
+        let has = |does: bool| if does { 1.0 } else { 0.0 };
+        if let Some((was, (told, cut))) = before {
+            let growth = (parts.k_s / was.parts.k_s - 1.0) * has(was.parts.k_s > 0.0);
+            let whole = plus(parts.kept, plus(parts.turns[0], parts.turns[1]));
+            let [force, braking, slip] = parts.turned;
+            of_before = terms! {
+                "k_s·Δt·slip of the step before", 0.0 => times(1.0 + growth, told.slip);
+                "k_s·Δt·slip of the step before, turned", 0.0 => slip;
+                "the dashpot's force of the step before, which the spring keeps,", 0.0 => times(has(told.brakes), braking);
+                "the spring's force of the step before, times the growth of k_s since, as of a spring that keeps a displacement,", 0.0 => times(growth, whole);
+                "the dashpot's force of the step before, where it slid,", 0.0 => times(has(cut && !told.brakes), braking);
+                "the whole force of the step before", 0.0 => force;
+                "the force of the step before, not turned", 0.0 => told.tangential;
+            };
+        }
+        let scale = [size, told, hypot(slip), hypot(braking)]
+            .into_iter()
+            .fold(0.0, f64::max);
+        let beyond = rules.tangential_dashpot == TangentialDashpot::Beyond;
+        let none = rules.tangential_dashpot == TangentialDashpot::None;
+        let within = rules.tangential_dashpot == TangentialDashpot::Within;
+        // What a contact keeps that slid is not for certain what it wrote.
+        let was_cut = before.is_some_and(|(_, (_, cut))| cut);
+        if !told.is_finite() {
+            let quantity = if begins { NEW_STICKS } else { STICKING };
+            return add(quantity, tangential, 1.0, Vec::new());
+        }
+        let is_early = !was_cut && size < limit / SLIDES && is_at(told, limit, turned);
+        let mut terms: Vec<Term>;
+        let quantity;
+        if size < STICKS * limit && told < STICKS * limit {
+            terms = terms! {
+                "k_s·Δt·slip", parts.share => slip;
+                "the dashpot's force", has(!none) => braking;
+                "the spring's force of the step before", 1.0 => plus(parts.kept, plus(parts.turns[0], parts.turns[1]));
+                "the spring's force of the step before, not turned,", 1.0 => parts.kept;
+                "the turn of the spring with the normal", 1.0 => parts.turns[0];
+                "the turn of the spring about the normal", 1.0 => parts.turns[1];
+                "k_s·Δt·slip of the spins", parts.share => spins(&parts.slips);
+                "k_s·Δt·slip of the centres", parts.share => parts.slips[0];
+                "the dashpot's force by the spins", has(!none) => spins(&parts.brakings);
+                "the dashpot's force by the centres", has(!none) => parts.brakings[0];
+                "k_s·Δt·slip of the first one's spin", parts.share => parts.slips[1];
+                "k_s·Δt·slip of the second one's spin", parts.share => parts.slips[2];
+                "k_s·Δt·slip of the punch's velocity", parts.share => parts.slip_of_first;
+                "k_s·Δt·slip of the spins, times u/(R₁ + R₂),", 0.0 => times(u_of, spins(&parts.slips));
+                "k_s·Δt·slip of the centres, times u/(R₁ + R₂),", 0.0 => times(u_of, parts.slips[0]);
+            };
+            quantity = match was_cut {
+                _ if begins => NEW_STICKS,
+                true => STICKING_AGAIN,
+                false => STICKING,
+            };
+        } else if (size > SLIDES * limit || is_early) && (limit > 0.0 || told > 0.0) && !within {
+            let way = times(1.0 / size, trial);
+            let elastic = parts.tangent * parts.elastic;
+            let along = |of: Vector| match hypot(of) {
+                0.0 => NONE,
+                size => times(limit / size, of),
+            };
+            terms = terms! {
+                "Coulomb's limit along the spring's force", has(!is_early) => times(limit, way);
+                "the force of spring and dashpot without a limit", has(is_early) => plus(trial, times(has(!none), braking));
+                "the dashpot's force, also while it slides,", has(beyond && !is_early) => braking;
+                "tan φ·(the normal spring's force)", 0.0 => times(elastic, way);
+                "tan φ·(the normal dashpot's force)", 0.0 => times(parts.tangent * parts.viscous, way);
+                "tan φ·(the normal force before its tension is cut)", 0.0 => times(has(limit <= ROUNDED * parts.tangent * parts.elastic.abs()) * parts.tangent * (parts.elastic + parts.viscous - parts.pull).abs(), way);
+                "tan φ·(the pull of adhesion)", 0.0 => times(parts.tangent * parts.pull, way);
+                "the spring's force without a limit", 0.0 => trial;
+                "Coulomb's limit against the slip", 0.0 => along(slip);
+                "Coulomb's limit along spring and dashpot together", 0.0 => along(plus(trial, braking));
+                "the spring's force before this step's slip is added", 0.0 => minus(trial, slip);
+                "k_s·Δt·slip", 0.0 => slip;
+            };
+            let (limit_before, old) = before.map_or((0.0, NONE), |(was, (old, _))| {
+                (was.parts.limit, old.tangential)
+            });
+            terms.extend(terms! {
+                "tan φ·(the normal force of the step before)", 0.0 => times(limit_before, way);
+                "Coulomb's limit along the force of the step before", 0.0 => along(old);
+            });
+            quantity = match is_early {
+                true => CUT_EARLY,
+                // The limit of the engine may be larger.
+                _ if (told - hypot(plus(trial, times(has(!none), braking)))).abs()
+                    <= AT_LIMIT * told =>
+                {
+                    NOT_CUT
+                }
+                false if begins => NEW_SLIDES,
+                false if was_cut => SLIDING_ON,
+                false => SLIDING,
+            };
+        } else {
+            return;
+        }
+        if !is_early {
+            terms.extend(of_before);
+        }
+        terms.iter_mut().for_each(|term| term.2 = across(term.2));
+        let scale = if [NEW_STICKS, STICKING, STICKING_AGAIN].contains(&quantity) {
+            scale
+        } else {
+            limit
+                .max(told)
+                .max(1.0e-3 * size)
+                .max(1.0e-3 * parts.tangent * parts.elastic.abs())
+        };
+        add(quantity, off, ROUNDED * scale + loose, terms);
+    }
+}
+
+/// Whether a force was cut to this limit, which is told with what the spring has along the normal after so much turning.
+fn is_at(force: f64, limit: f64, turned: f64) -> bool {
+    (force - limit).abs() <= (AT_LIMIT + LOOSE * turned) * limit
+}
+
+/// What the dashpot along the tangent has of a force that is told.
+fn told_braking(
+    parts: &Parts,
+    (tangential, turned): (Vector, f64),
+    rule: TangentialDashpot,
+) -> Vector {
+    match rule {
+        TangentialDashpot::None => NONE,
+        TangentialDashpot::WhileSticking if is_at(hypot(tangential), parts.limit, turned) => NONE,
+        _ => parts.brakings.iter().fold(NONE, |sum, of| plus(sum, *of)),
+    }
+}

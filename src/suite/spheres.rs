@@ -1,0 +1,750 @@
+//! The field's own tests with spheres: two bodies meet as Chung and Ooi published (Granular Matter 13 (2011) 643, tests 1 to 8), the
+//! models of MFiX' and LAMMPS' suites, motions that are prescribed for both bodies as ON-DEM has them.
+//!
+//! One judge for all. The exact answer is the limit of ever shorter steps of the step written out, under the engine's own rules; how
+//! far the model's step of the case's own length is from it is what a step of that length costs any engine. An engine must be as near to
+//! the model's step as rounding allows, and no further from the exact answer than that step.
+
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+use super::exact::{Known, ROUNDING, largest_difference, numbers};
+use super::{CaseGroup, at, springs, wall, world};
+use grains::model::{Axis, Law, Model};
+use grains::rules::Rules;
+use grains::scene::{Rolling, Springs, Tension, TorqueArms, Viscosity};
+use grains::tables::Bodies;
+use grains::task::Case;
+use grains::vector::{Vector, hypot, plus, times};
+
+/// Steps of a contact, by the time that Hertz's spring takes without a dashpot.
+const STEPS: f64 = 400.0;
+/// Where surfaces slip to: across, and a third of a turn away from every axis.
+const WAY: Vector = [0.8, 0.6, 0.0];
+
+/// Young's modulus in Pa, Poisson's ratio, density in kg/m³.
+type Material = (&'static str, f64, f64, f64);
+const GLASS: Material = ("glass", 48.0e9, 0.20, 2800.0);
+const LIMESTONE: Material = ("limestone", 20.0e9, 0.25, 2500.0);
+const ALUMINIUM_ALLOY: Material = ("aluminium-alloy", 70.0e9, 0.30, 2699.0);
+const ALLOY_OF_4: Material = ("aluminium-alloy", 70.0e9, 0.33, 2700.0);
+const MAGNESIUM_ALLOY: Material = ("magnesium-alloy", 40.0e9, 0.35, 1800.0);
+const ALUMINIUM_OXIDE: Material = ("aluminium-oxide", 380.0e9, 0.23, 4000.0);
+const CAST_IRON: Material = ("cast-iron", 100.0e9, 0.25, 7000.0);
+const STEEL: Material = ("steel", 208.0e9, 0.30, 7850.0);
+const POLYETHYLENE: Material = ("polyethylene", 1.0e9, 0.40, 1400.0);
+const NYLON: Material = ("nylon", 2.5e9, 0.40, 1000.0);
+const COPPER: Material = ("copper", 120.0e9, 0.35, 8900.0);
+
+/// What a sphere meets.
+#[derive(Clone, Copy, PartialEq)]
+enum Other {
+    /// A plane that does not give way.
+    Wall,
+    /// A sphere of its material: how many times the radius and the density it has.
+    Sphere(f64, f64),
+}
+
+/// What differs from run to run.
+#[derive(Clone, Copy)]
+enum Varied {
+    Restitution(&'static [f64]),
+    /// Degrees from the normal, of a velocity that is otherwise the same.
+    Angle(&'static [f64]),
+    /// Along the surface, m/s.
+    Along(&'static [f64]),
+    /// Of the first one, rad/s.
+    Spin(&'static [f64]),
+    /// Of both, against each other, rad/s.
+    Opposite(&'static [f64]),
+}
+
+/// A published test: id, title, materials, radius in m, what is met, speed of the approach in m/s, e, μ, and what is varied.
+type Published = (
+    &'static str,
+    &'static str,
+    &'static [Material],
+    f64,
+    Other,
+    f64,
+    f64,
+    f64,
+    Varied,
+);
+
+const TWIN: Other = Other::Sphere(1.0, 1.0);
+const SPINS: &[f64] = &[0.175, 0.7, 2.5, 5.0, 10.5, 21.0];
+const PUBLISHED: [Published; 8] = [
+    (
+        "chung-ooi-1",
+        "Chung and Ooi 1: elastic normal impact of two equal spheres",
+        &[GLASS, LIMESTONE],
+        0.01,
+        TWIN,
+        20.0,
+        1.0,
+        0.35,
+        Varied::Spin(&[0.0]),
+    ),
+    (
+        "chung-ooi-2",
+        "Chung and Ooi 2: elastic normal impact of a sphere on a rigid plane",
+        &[ALUMINIUM_ALLOY, MAGNESIUM_ALLOY],
+        0.1,
+        Other::Wall,
+        0.2,
+        1.0,
+        0.35,
+        Varied::Spin(&[0.0]),
+    ),
+    (
+        "chung-ooi-3",
+        "Chung and Ooi 3: normal impacts with dashpots of a sphere on a rigid plane",
+        &[ALUMINIUM_OXIDE, CAST_IRON],
+        0.0025,
+        Other::Wall,
+        3.9,
+        1.0,
+        0.35,
+        Varied::Restitution(&[0.2, 0.4, 0.6, 0.8, 1.0]),
+    ),
+    (
+        "chung-ooi-4",
+        "Chung and Ooi 4: oblique impacts of a sphere on a rigid plane",
+        &[ALUMINIUM_OXIDE, ALLOY_OF_4],
+        0.0025,
+        Other::Wall,
+        3.9,
+        0.98,
+        0.092,
+        Varied::Angle(&[5.0, 15.0, 25.0, 35.0, 45.0, 60.0, 75.0, 85.0]),
+    ),
+    (
+        "chung-ooi-5",
+        "Chung and Ooi 5: oblique impacts of a small sphere, elastic",
+        &[STEEL, POLYETHYLENE],
+        1.0e-5,
+        Other::Wall,
+        5.0,
+        1.0,
+        0.3,
+        Varied::Along(&[0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 21.0]),
+    ),
+    (
+        "chung-ooi-6",
+        "Chung and Ooi 6: impacts of a spinning sphere on a rigid plane",
+        &[ALUMINIUM_ALLOY, NYLON],
+        0.1,
+        Other::Wall,
+        0.2,
+        0.5,
+        0.4,
+        Varied::Spin(SPINS),
+    ),
+    (
+        "chung-ooi-7",
+        "Chung and Ooi 7: two equal spheres with opposite spins",
+        &[ALLOY_OF_4, COPPER],
+        0.1,
+        TWIN,
+        0.4,
+        0.5,
+        0.4,
+        Varied::Opposite(SPINS),
+    ),
+    (
+        "chung-ooi-8",
+        "Chung and Ooi 8: a spinning sphere meets a much larger and denser one",
+        &[ALUMINIUM_ALLOY, NYLON],
+        0.1,
+        Other::Sphere(5.0, 1000.0),
+        0.2,
+        0.5,
+        0.4,
+        Varied::Spin(SPINS),
+    ),
+];
+
+/// A sphere at the start.
+#[derive(Clone, Copy)]
+struct Sphere {
+    place: Vector,
+    velocity: Vector,
+    spin: Vector,
+    radius: f64,
+    /// kg; the moment of inertia is that of a ball.
+    mass: f64,
+}
+
+impl Sphere {
+    fn new(place: Vector, radius: f64, density: f64) -> Self {
+        Sphere {
+            place,
+            velocity: [0.0; 3],
+            spin: [0.0; 3],
+            radius,
+            mass: density * (4.0 / 3.0) * PI * radius.powi(3),
+        }
+    }
+
+    fn moving(self, velocity: Vector) -> Self {
+        Sphere { velocity, ..self }
+    }
+
+    fn spinning(self, spin: Vector) -> Self {
+        Sphere { spin, ..self }
+    }
+
+    /// So heavy that nothing changes its motion.
+    fn prescribed(self) -> Self {
+        Sphere {
+            mass: 1.0e18,
+            ..self
+        }
+    }
+}
+
+/// All groups, of an engine that has these rules.
+pub fn groups(rules: Rules) -> Vec<CaseGroup> {
+    let published = PUBLISHED.iter().map(|test| {
+        let group = CaseGroup::new(test.0, test.1);
+        let impacts = impacts(test, rules).into_iter();
+        impacts.fold(group, |group, impact| {
+            let hertz = impact.is_elastic().then_some(impact.largest);
+            with(group, impact.case, hertz)
+        })
+    });
+    let further = further(rules).into_iter().map(|(id, title, cases)| {
+        let group = CaseGroup::new(id, title);
+        cases
+            .into_iter()
+            .fold(group, |group, case| with(group, case, None))
+    });
+    published.chain(further).collect()
+}
+
+/// One impact of a published test, with what its closed forms need.
+struct Impact {
+    case: Case,
+    /// N, m and s: Hertz's largest force and overlap and the time of contact, without dashpots.
+    largest: [f64; 3],
+}
+
+impl Impact {
+    /// Whether it is Hertz's own: without dashpots, and nothing slips.
+    fn is_elastic(&self) -> bool {
+        let bodies = &self.case.bodies;
+        let mut across = bodies.spin.iter().chain(&bodies.vx);
+        self.case.model.law.contact.viscosity == Viscosity::None && across.all(|of| *of == 0.0)
+    }
+}
+
+fn impacts(test: &Published, rules: Rules) -> Vec<Impact> {
+    let (_, _, materials, radius, other, speed, e, friction, varied) = *test;
+    let values = match varied {
+        Varied::Restitution(of) | Varied::Angle(of) | Varied::Along(of) => of,
+        Varied::Spin(of) | Varied::Opposite(of) => of,
+    };
+    let runs = materials.iter().flat_map(|material| {
+        values.iter().map(move |value| {
+            let (mut e, mut approach, mut along, mut spins) = (e, speed, 0.0, [0.0; 2]);
+            let what = match varied {
+                Varied::Restitution(_) => {
+                    e = *value;
+                    "e"
+                }
+                Varied::Angle(_) => {
+                    approach = speed * value.to_radians().cos();
+                    along = speed * value.to_radians().sin();
+                    "angle"
+                }
+                Varied::Along(_) => {
+                    along = *value;
+                    "along"
+                }
+                Varied::Spin(_) => {
+                    spins[0] = *value;
+                    "spin"
+                }
+                Varied::Opposite(_) => {
+                    // The same turn makes surfaces slip against each other.
+                    spins = [*value; 2];
+                    "spins"
+                }
+            };
+            let name = format!("{}-{what}-{value}", material.0);
+            impact(
+                name,
+                (*material, radius, other),
+                (e, friction),
+                (approach, along, spins),
+                rules,
+            )
+        })
+    });
+    runs.collect()
+}
+
+fn impact(
+    name: String,
+    ((_, modulus, poissons_ratio, density), radius, other): (Material, f64, Other),
+    (e, friction): (f64, f64),
+    (approach, along, spins): (f64, f64, [f64; 2]),
+    rules: Rules,
+) -> Impact {
+    let mut law = hertz_mindlin(modulus, poissons_ratio, friction.atan());
+    if e < 1.0 {
+        law.contact.viscosity = Viscosity::Restitution {
+            e_n: e,
+            tension: Tension::Clipped,
+        };
+    }
+    // About the axis that lets the surface run along [`WAY`].
+    let turn = |spin: f64| times(spin, [-WAY[1], WAY[0], 0.0]);
+    let first = Sphere::new([0.0; 3], radius, density).spinning(turn(spins[0]));
+    let mut spheres = vec![first];
+    let (radius_mean, mass) = match other {
+        Other::Wall => (radius, first.mass),
+        Other::Sphere(larger, denser) => {
+            let second = Sphere::new([0.0; 3], larger * radius, denser * density);
+            spheres.push(second.spinning(turn(spins[1])));
+            (
+                radius * second.radius / (radius + second.radius),
+                first.mass * second.mass / (first.mass + second.mass),
+            )
+        }
+    };
+    // E* of two of this material; a plane that does not give way halves what gives.
+    let rigid = if other == Other::Wall { 2.0 } else { 1.0 };
+    let contact_modulus = rigid * modulus / (2.0 * (1.0 - poissons_ratio * poissons_ratio));
+    let stiffness = 4.0 / 3.0 * contact_modulus * radius_mean.sqrt();
+    if other == Other::Wall {
+        law.modulus *= rigid * wall_radius(rules).sqrt().recip();
+    }
+    let depth = (1.25 * mass * approach * approach / stiffness).powf(0.4);
+    let time = 2.943_276_1 * depth / approach;
+    let dt = time / STEPS;
+    // A step before touch, which is a whole number of all shorter steps.
+    let gap = dt * approach;
+    let mut model = world(law, dt, [0.0; 2], 0.0, [&[], &[]]);
+    model.rules = rules;
+    let moving = plus(times(along, WAY), [0.0, 0.0, -approach]);
+    match spheres.get_mut(1) {
+        None => {
+            model.walls.push(wall(Axis::Z, 0.0));
+            spheres[0].place[2] = radius + gap;
+            spheres[0].velocity = moving;
+        }
+        // The masses' centre stays.
+        Some(second) => {
+            second.place[2] = -second.radius;
+            let share = mass / second.mass;
+            second.velocity = times(-share, moving);
+            spheres[0].place[2] = radius + gap;
+            spheres[0].velocity = times(1.0 - share, moving);
+        }
+    }
+    let slowed = if e < 0.5 { 2.0 } else { 1.5 };
+    let moments = [0.25, 0.5, 0.75, slowed].map(|share| 1 + (share * STEPS) as u64);
+    let moments = [&[0], &moments[..]].concat();
+    Impact {
+        case: case(&name, model, &spheres, moments),
+        largest: [stiffness * depth.powf(1.5), depth, time],
+    }
+}
+
+/// R* at a wall over the radius.
+fn wall_radius(_rules: Rules) -> f64 {
+    0.5
+}
+
+fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Law {
+    let mut law = springs(modulus);
+    law.poissons_ratio = Some(poissons_ratio);
+    law.friction_angle = friction_angle;
+    law.contact.springs = Springs::HertzMindlin;
+    law.contact.torque_arms = TorqueArms::ContactPoint;
+    law
+}
+
+fn case(name: &str, model: Model, spheres: &[Sphere], moments: Vec<u64>) -> Case {
+    let column = |of: &dyn Fn(&Sphere) -> f64| spheres.iter().map(of).collect::<Vec<f64>>();
+    let mut bodies = Bodies {
+        x: column(&|of| of.place[0]),
+        y: column(&|of| of.place[1]),
+        z: column(&|of| of.place[2]),
+        vx: column(&|of| of.velocity[0]),
+        vy: column(&|of| of.velocity[1]),
+        vz: column(&|of| of.velocity[2]),
+        radius: column(&|of| of.radius),
+        mass: column(&|of| of.mass),
+        ..Bodies::default()
+    };
+    if model.law.rotates() {
+        bodies.spin_x = column(&|of| of.spin[0]);
+        bodies.spin = column(&|of| of.spin[1]);
+        bodies.spin_z = column(&|of| of.spin[2]);
+        bodies.inertia = column(&|of| 0.4 * of.mass * of.radius * of.radius);
+    }
+    Case {
+        name: name.to_owned(),
+        model,
+        bodies,
+        punch: None,
+        moments,
+    }
+}
+
+/// The models of other suites, and prescribed motions: id, title and cases.
+fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
+    let soft = |friction: f64| hertz_mindlin(1.0e7, 0.3, friction);
+    let ball = |height: f64| Sphere::new([0.0, 0.0, height], 0.005, 2500.0);
+    let damped = |mut law: Law, e_n: f64| {
+        law.contact.viscosity = Viscosity::Restitution {
+            e_n,
+            tension: Tension::Clipped,
+        };
+        law
+    };
+    let moments = |end: u64| [0, 1, end / 8, end / 4, end / 2, end].to_vec();
+    let on_floor = |law: Law, gravity: [f64; 2]| {
+        let mut model = world(law, 2.0e-6, gravity, 0.0, [&[], &[0.0]]);
+        model.rules = rules;
+        model
+    };
+    let free = |law: Law| {
+        let mut model = world(law, 2.0e-6, [0.0; 2], 0.0, [&[], &[]]);
+        model.rules = rules;
+        model
+    };
+    let weight = [0.0, -9.81];
+    let incline = [9.81 * 0.3f64.sin(), -9.81 * 0.3f64.cos()];
+    // Pressed by its weight alone.
+    let sunk = 0.005 - 2.0e-7;
+    let rolling = |limit: Option<f64>| Rolling {
+        bending_stiffness: 2.0e-3,
+        twisting_stiffness: 1.0e-3,
+        limit,
+    };
+    let rolls = |limit: Option<f64>| {
+        let mut law = damped(soft(0.5), 0.5);
+        law.contact.rolling = Some(rolling(limit));
+        law
+    };
+    let linear = |c_n: f64, friction_angle: f64| {
+        let mut law = springs(1.0e6);
+        law.friction_angle = friction_angle;
+        law.contact.viscosity = Viscosity::Dashpot {
+            c_n,
+            tension: Tension::Clipped,
+        };
+        law.contact.torque_arms = TorqueArms::ContactPoint;
+        law
+    };
+    let squeezed = {
+        let mut model = on_floor(linear(0.05, 0.0), weight);
+        model.walls.push(wall(Axis::Z, 0.0197));
+        model
+    };
+    let corner = {
+        let mut model = on_floor(damped(soft(0.4), 0.6), weight);
+        model.walls.extend([wall(Axis::X, 0.0), wall(Axis::Y, 0.0)]);
+        model
+    };
+    let in_corner = Sphere::new([0.006, 0.0055, 0.005], 0.005, 2500.0)
+        .moving([-0.5, -0.4, -0.3])
+        .spinning([20.0, -30.0, 40.0]);
+    let prescribed = |overlap: f64, motions: [[Vector; 2]; 2]| {
+        let places = [[0.0; 3], [0.006, 0.0, 0.007]];
+        let radius = 0.5 * (hypot(places[1]) + overlap);
+        let both = [0, 1].map(|at| {
+            let [velocity, spin] = motions[at];
+            let sphere = Sphere::new(places[at], radius, 2500.0);
+            sphere.moving(velocity).spinning(spin).prescribed()
+        });
+        both.to_vec()
+    };
+    let still = [[0.0; 3]; 2];
+    // Across the normal (0.6, 0, 0.8)/1, along it, and turns about it and across it.
+    let across = times(0.05, [-0.7592566, 0.0, 0.6507914]);
+    let aside = [0.0, 0.04, 0.0];
+    let normal = [0.6507914, 0.0, 0.7592566];
+    let held = |name: &str, law: Law, motions: [[Vector; 2]; 2]| {
+        case(name, free(law), &prescribed(5.0e-5, motions), moments(400))
+    };
+    vec![
+        (
+            "mfix-dem-01",
+            "MFiX DEM01 and LAMMPS' freefall: a sphere falls, bounces on springs and dashpots, linear and Hertz's",
+            vec![
+                case(
+                    "linear",
+                    on_floor(linear(0.05, 0.0), weight),
+                    &[ball(0.0055)],
+                    moments(8000),
+                ),
+                case(
+                    "hertz",
+                    on_floor(damped(soft(0.0), 0.9), weight),
+                    &[ball(0.0055)],
+                    moments(8000),
+                ),
+            ],
+        ),
+        (
+            "mfix-dem-03",
+            "MFiX DEM03 and LAMMPS' stack: two spheres of other masses squeezed between two planes",
+            vec![
+                case(
+                    "squeezed",
+                    squeezed,
+                    &[ball(0.0049), Sphere::new([0.0, 0.0, 0.0148], 0.005, 5000.0)],
+                    moments(2000),
+                ),
+                case(
+                    "stacked",
+                    on_floor(damped(soft(0.3), 0.5), weight),
+                    &[ball(sunk), ball(3.0 * sunk), ball(5.0 * sunk)],
+                    moments(4000),
+                ),
+            ],
+        ),
+        (
+            "mfix-dem-04",
+            "MFiX DEM04 and LAMMPS' slip: a sphere slips on a plane until it rolls",
+            vec![
+                case(
+                    "slips",
+                    on_floor(damped(soft(0.2), 0.5), weight),
+                    &[ball(sunk).moving(times(0.02, WAY))],
+                    moments(6000),
+                ),
+                case(
+                    "spins",
+                    on_floor(damped(soft(0.2), 0.5), weight),
+                    &[ball(sunk).spinning([3.0, 2.0, 5.0])],
+                    moments(6000),
+                ),
+            ],
+        ),
+        (
+            "lammps-rolling",
+            "LAMMPS' rolling decay, incline and twist decay: moments against rolling and twisting",
+            vec![
+                case(
+                    "decay",
+                    on_floor(rolls(Some(0.02)), weight),
+                    &[ball(sunk)
+                        .moving(times(0.02, WAY))
+                        .spinning([-2.4, 3.2, 0.0])],
+                    moments(6000),
+                ),
+                case(
+                    "incline",
+                    on_floor(rolls(Some(0.1)), incline),
+                    &[ball(sunk)],
+                    moments(6000),
+                ),
+                case(
+                    "twist",
+                    on_floor(rolls(None), weight),
+                    &[ball(sunk).spinning([0.0, 0.0, 5.0])],
+                    moments(6000),
+                ),
+            ],
+        ),
+        (
+            "corner",
+            "A spinning sphere in a corner of three planes, and three spheres that meet at once",
+            vec![
+                case("planes", corner, &[in_corner], moments(3000)),
+                case(
+                    "spheres",
+                    free(damped(soft(0.4), 0.7)),
+                    &[
+                        ball(0.005)
+                            .moving([0.0, 0.1, -0.4])
+                            .spinning([30.0, 0.0, 10.0]),
+                        Sphere::new([0.0071, 0.0, -0.0021], 0.005, 5000.0)
+                            .spinning([0.0, 40.0, 0.0]),
+                        Sphere::new([-0.0061, 0.0021, -0.0031], 0.004, 1500.0)
+                            .spinning([0.0, 0.0, -50.0]),
+                    ],
+                    moments(3000),
+                ),
+            ],
+        ),
+        (
+            "on-dem",
+            "ON-DEM's prescribed motions: forces of two spheres whose motion nothing changes",
+            vec![
+                held("sticks", soft(0.8), [still, [across, [0.0; 3]]]),
+                held(
+                    "slides",
+                    soft(0.05),
+                    [still, [plus(across, aside), [0.0; 3]]],
+                ),
+                held(
+                    "rolls",
+                    soft(0.5),
+                    [[[0.0; 3], [0.0, 8.0, 0.0]], [[0.0; 3], [0.0, -6.0, 0.0]]],
+                ),
+                held(
+                    "twists",
+                    soft(0.5),
+                    [
+                        [across, times(9.0, normal)],
+                        [[0.0; 3], times(-7.0, normal)],
+                    ],
+                ),
+                held(
+                    "turns",
+                    soft(0.5),
+                    [[aside, [5.0, 3.0, -4.0]], [across, [-6.0, 7.0, 2.0]]],
+                ),
+            ],
+        ),
+        (
+            "on-dem-dashpots",
+            "ON-DEM's prescribed motions with dashpots: two spheres press each other and part",
+            vec![
+                held(
+                    "presses",
+                    linear(1.0, 0.5),
+                    [[aside, [0.0; 3]], [times(-0.05, normal), [0.0; 3]]],
+                ),
+                held(
+                    "parts",
+                    linear(1.0, 0.5),
+                    [still, [plus(times(0.03, normal), aside), [0.0; 3]]],
+                ),
+            ],
+        ),
+    ]
+}
+
+/// Adds a case with its judge; with Hertz's largest force and overlap, where these are known.
+fn with(group: CaseGroup, case: Case, hertz: Option<[f64; 3]>) -> CaseGroup {
+    let (known, own) = (OnceLock::new(), case.clone());
+    // An engine computes by the rules that it has, whatever a job says.
+    let mut asked = case;
+    asked.model.rules = Rules::default();
+    group.with(own.name.clone(), asked, move |track, figures| {
+        let found = numbers(&own, track);
+        let known = known.get_or_init(|| Known::new(&own));
+        figures.because("what rounding may make of two bodies that meet, over the largest speed, way or force");
+        let off = largest_difference(&found, &known.step);
+        figures.is("model's-step: largest deviation from the model's own step, 1", off, 0.0, ROUNDING);
+        figures.because("what a step of this length costs: how far the model's own step is from the limit of short ones");
+        let far = largest_difference(&found, &known.exact);
+        let cost = largest_difference(&known.step, &known.exact) + known.spread + ROUNDING;
+        figures.is("exact: largest deviation from the exact answer, 1", far, 0.0, cost);
+        if let Some([force, overlap, _]) = hertz {
+            figures.because("Hertz's closed form in the middle of the contact; the step's angle there, squared");
+            let middle = at(track, own.moments[2]);
+            let cost = (PI / STEPS).powi(2);
+            let found = middle.contact(|contact| contact.normal_force);
+            figures.is("hertz-force, N", found, force, cost * force);
+            let found = middle.contact(|contact| contact.overlap);
+            figures.is("hertz-overlap, m", found, overlap, cost * overlap);
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::suite::exact::CONVERGED;
+    use grains::variant::{Variant, run};
+
+    /// Limits of short steps are as near as they must be beside what a step of the case's length costs; where nothing begins or ends
+    /// to slip, they are known to ten digits.
+    #[test]
+    fn limits_of_short_steps_are_reached() {
+        let mut smooth = 0;
+        for group in groups(Rules::default()) {
+            for case in &group.cases {
+                let known = Known::new(case);
+                let cost = largest_difference(&known.step, &known.exact);
+                let name = format!(
+                    "{} {}: {:.1e} of {cost:.1e}",
+                    group.id, case.name, known.spread
+                );
+                println!("{name}");
+                assert!(known.spread < 1.0e-4 && cost < 2.0e-2, "{name}");
+                smooth += usize::from(known.spread < CONVERGED);
+            }
+        }
+        assert!(smooth > 20, "{smooth}");
+    }
+
+    /// Hertz: the largest force and overlap in the middle of an elastic contact, and its time.
+    #[test]
+    fn elastic_impacts_are_hertz_own() {
+        for test in &PUBLISHED[..3] {
+            for impact in impacts(test, Rules::default()) {
+                let case = &impact.case;
+                if !impact.is_elastic() {
+                    continue;
+                }
+                let halvings = 4;
+                let mut fine = case.clone();
+                fine.model.dt /= f64::from(1 << halvings);
+                fine.moments
+                    .iter_mut()
+                    .for_each(|moment| *moment <<= halvings);
+                let track = run(&fine, &Variant::default());
+                let top = &track[2].contacts[0];
+                let end = track[4].bodies.clone();
+                let start = &case.bodies;
+                let approach = -start.vz[0] + start.vz.get(1).copied().unwrap_or(0.0);
+                let apart = |bodies: &Bodies| bodies.z[0] - bodies.z.get(1).copied().unwrap_or(0.0);
+                let gone = (apart(&end) - apart(start)) / approach;
+                let time = case.model.dt * case.moments[4] as f64 - 2.0 * case.model.dt - gone;
+                let found = [top.normal_force, top.overlap, time];
+                for (found, wanted) in found.into_iter().zip(impact.largest) {
+                    let off = found / wanted - 1.0;
+                    assert!(off.abs() < 1.0e-6, "{} {}: {off:e}", test.0, case.name);
+                }
+            }
+        }
+    }
+
+    /// Where a surface slips all through, friction takes μ(1 + e) of the approach, whatever the springs are; the arms of torques are
+    /// shorter than radii by the overlap.
+    #[test]
+    fn impacts_that_slip_all_through_follow_the_published_lines() {
+        let mut count = 0;
+        for test in &PUBLISHED[3..5] {
+            for impact in impacts(test, Rules::default()) {
+                let (case, friction) = (&impact.case, test.7);
+                let start = &case.bodies;
+                let track = run(case, &Variant::default());
+                let end = &track[4].bodies;
+                let approach = -start.vz[0];
+                let taken = friction * (approach + end.vz[0]);
+                let along = hypot([start.vx[0], start.vy[0], 0.0]);
+                if along < 1.05 * 3.5 * taken {
+                    continue;
+                }
+                let left = hypot([end.vx[0], end.vy[0], 0.0]);
+                let turn = hypot([end.spin_x[0], end.spin[0], end.spin_z[0]]) * test.3;
+                assert!(
+                    (along - left - taken).abs() < 2.0e-3 * taken,
+                    "{} {}",
+                    test.0,
+                    case.name
+                );
+                let arm = turn / (2.5 * taken);
+                assert!(
+                    arm < 1.0 + 2.0e-3 && arm > 1.0 - impact.largest[1] / test.3,
+                    "{} {}: {arm}",
+                    test.0,
+                    case.name
+                );
+                count += 1;
+            }
+        }
+        assert!(count >= 10, "{count}");
+    }
+}
