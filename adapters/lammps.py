@@ -18,7 +18,7 @@ then is cut, so a region that moves must have its velocity there too: that is wh
 In space each kind of grains is a type of its own. A wall has one linear spring for all radii, so what it does is multiplied by R/R0.
 Hertz's is `hertz` with `mindlin/force`, whose spring keeps a force; R* at walls is R, so both constants are √½ as large there. Its dashpots
 are cut together with the spring (rule `tangential_dashpot = within_limit`), and that rule gives linear springs a dashpot along the
-tangent too. So Hertz and Mindlin are among the parts where CROSSGRAIN_LAMMPS_WITHIN_LIMIT is set, and linear springs have that dashpot then.
+tangent too, which they have here, but for walls of the older style.
 Refused are linear springs of more than 200 kinds of grains, and pouring with friction that goes on into loading.
 """
 import math
@@ -45,9 +45,8 @@ PROGRAM = os.environ.get("CROSSGRAIN_LAMMPS") or "lmp"
 # to be seen, as versions of 2023 to 2026 divide by the dashpot's constant.
 OLD_WALLS = "CROSSGRAIN_LAMMPS_OLD_WALLS"
 WEAK = 1.0e-12 if os.environ.get(OLD_WALLS) == "damped" else 0.0
-# Hertz's dashpots along the tangent are limited together with the spring. That rule gives linear springs a dashpot there too, which the
-# model has not: set, they have it, and Hertz and Mindlin are among the parts.
-WITHIN = bool(os.environ.get("CROSSGRAIN_LAMMPS_WITHIN_LIMIT"))
+# Dashpots along the tangent are limited together with the spring; walls of the older style are given none, nor Hertz's springs.
+WITHIN = not os.environ.get(OLD_WALLS)
 BESIDE = "1.0" if WITHIN else "0.0"
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
          "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip

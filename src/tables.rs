@@ -84,22 +84,22 @@ pub fn write_bodies<'a>(place: impl Into<Place<'a>>, bodies: &Bodies) -> Result<
         header.extend(["spin", "inertia"]);
         columns.extend([&bodies.spin, &bodies.inertia]);
     }
-    let material: Vec<f64> = bodies.material.iter().copied().map(f64::from).collect();
     for (name, column) in [
         ("y", &bodies.y),
         ("vy", &bodies.vy),
         ("spin_x", &bodies.spin_x),
         ("spin_z", &bodies.spin_z),
-        ("material", &material),
     ] {
         if !column.is_empty() {
             header.push(name);
             columns.push(column);
         }
     }
+    header.extend((!bodies.material.is_empty()).then_some("material"));
     let rows = (0..bodies.len()).map(|row| {
         let numbers: Vec<f64> = columns.iter().map(|column| column[row]).collect();
-        (row as u32, numbers)
+        let material: Vec<u32> = bodies.material.get(row).copied().into_iter().collect();
+        (row as u32, numbers, material)
     });
     write_rows(place, &header, rows)
 }

@@ -409,13 +409,11 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
 fn hertz_and_mindlin_of_lammps_are_the_models_under_the_rule_that_limits_dashpots_with_springs() {
     let folder = &new_folder();
-    let mut program = cli(folder);
-    program.env("CROSSGRAIN_LAMMPS_WITHIN_LIMIT", "1");
     let check = format!(
         "engine check {} --quiet --grains 100 --dispersion 0",
         adapter("lammps.py")
     );
-    let (code, text, errors) = told(&program.args(check.words()).output().expect("it starts"));
+    let (code, text, errors) = say(folder, &check);
     assert_eq!(code, 0, "{text}{errors}");
     has(
         &text,

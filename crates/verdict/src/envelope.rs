@@ -273,7 +273,8 @@ impl Envelope {
             length / radius,
             // It moves by a sum of steps, each of which is rounded.
             position * extent * steps / radius,
-            force * on_punch,
+            // Where it is another sum of these steps, all that touches it pushes it otherwise.
+            force * on_punch + spring * position * extent * steps * (on_punch - 1.0),
         ];
         let mut reach = vec![least.map(|least| [least; SHARES.len()]); own.len()];
         for replica in replicas {

@@ -77,6 +77,20 @@ fn constants(case: &Case, see: &mut See<'_>) {
     let [x, z] = model.gravity;
     see("gravity", "m/s²", x.hypot(z));
     see("α", "", model.alpha);
+    see("Δt", "s", model.dt);
+    if case.bodies.in_space() {
+        see("materials", "", 1.0 + law.materials.len() as f64);
+    }
+    if let Some(punch) = case.punch {
+        see("the punch's velocity", "m/s", punch.velocity);
+        see("its half-width", "m", punch.half_extents[0]);
+        see("its half-height", "m", punch.half_extents[1]);
+    }
+    for obstacle in &model.obstacles {
+        let size = |of: [f64; 3]| of.iter().map(|of| of * of).sum::<f64>().sqrt();
+        see("speeds of obstacles", "m/s", size(obstacle.velocity));
+        see("their spins", "rad/s", size(obstacle.spin));
+    }
     let is_hertz = law.contact.springs == Springs::HertzMindlin;
     for solid in std::iter::once(law.solid(0)).chain(law.materials.iter().copied()) {
         see("E", "Pa", solid.modulus);

@@ -2,6 +2,8 @@
 //! friction, dashpots, moments, adhesion and several materials, each with constants of its own, and under laws whose every key is
 //! drawn.
 
+use std::f64::consts::PI;
+
 use evidence::random::Source;
 use grains::model::{Axis, Law, Model, Solid, Wall};
 use grains::native::NativeError;
@@ -12,6 +14,7 @@ use grains::scene::{
 };
 use grains::tables::{Bodies, Punch};
 use grains::task::Case;
+use grains::vector::times;
 
 use crate::drawn::{
     ADHESION, ANGLES, COMBINATIONS, RATIOS, ROLLING, contact_in_space, drawn, spin,
@@ -28,6 +31,8 @@ const SPIN: f64 = 40.0;
 const DRAWN: u64 = 48;
 /// More, of which some have adhesion of DMT or JKR.
 const ADHESIVE: u64 = 24;
+/// And of these with obstacles.
+const AMONG_OBSTACLES: u64 = 24;
 /// How many times as fast grains are in some states.
 const FASTER: f64 = 3.0;
 /// What grains of other materials are made of.
@@ -190,6 +195,68 @@ fn floor_of(model: &mut Model, shapes: Vec<Surface>) {
     model.obstacles = shapes.into_iter().map(at_rest).collect();
 }
 
+/// Planes that are touched from either side, triangles, or boxes of which edges and a corner are touched, at rest or in motion.
+fn obstacles(model: &mut Model, bodies: &Bodies, number: u64) {
+    let ([width, depth], hair) = (extent(model), hair(model));
+    let shapes = match number % 3 {
+        0 => {
+            let tops = bodies.z.iter().zip(&bodies.radius);
+            let top = tops.map(|(z, radius)| z + radius).fold(0.0, f64::max);
+            let plane = |height: f64| Surface::Plane {
+                point: [0.0, 0.0, height],
+                normal: [0.0, TILT, (1.0 - TILT * TILT).sqrt()],
+            };
+            vec![plane(hair), plane(top - hair)]
+        }
+        1 => uneven(model),
+        _ => {
+            // Turned by an eighth about y, an edge is the highest; about x too, so far that the diagonal stands up, a corner.
+            let size = 0.02 * width;
+            let edge = [(0.125 * PI).cos(), 0.0, (0.125 * PI).sin(), 0.0];
+            let ridges = [0.2, 0.35, 0.5, 0.65, 0.8].map(|share| Surface::Box {
+                centre: [
+                    share * width,
+                    0.5 * depth,
+                    3.0 * hair - 2.0f64.sqrt() * size,
+                ],
+                half_extents: [size, 0.6 * depth, size],
+                orientation: edge,
+            });
+            // On the largest grain at the floor.
+            let lowest = (0..bodies.len()).min_by(|a, b| bodies.z[*a].total_cmp(&bodies.z[*b]));
+            let lowest = lowest.unwrap_or(0);
+            let bottom = bodies.z[lowest] - bodies.radius[lowest];
+            let (half, turn) = ((2.0f64 / 3.0).sqrt().acos(), 0.125 * PI);
+            let corner = Surface::Box {
+                centre: [
+                    bodies.x[lowest],
+                    bodies.y[lowest],
+                    bottom + 3.0 * hair - 3.0f64.sqrt() * size,
+                ],
+                half_extents: [size; 3],
+                orientation: [
+                    (0.5 * half).cos() * turn.cos(),
+                    (0.5 * half).sin() * turn.cos(),
+                    (0.5 * half).cos() * turn.sin(),
+                    (0.5 * half).sin() * turn.sin(),
+                ],
+            };
+            ridges.into_iter().chain([corner]).collect()
+        }
+    };
+    floor_of(model, shapes);
+    if number.is_multiple_of(2) {
+        for obstacle in &mut model.obstacles {
+            obstacle.velocity = [0.03, -0.02, 0.01];
+            // A plane turns about its normal alone.
+            obstacle.spin = match obstacle.shape {
+                Surface::Plane { normal, .. } => times(0.5, normal),
+                _ => [0.3, -0.2, 0.4],
+            };
+        }
+    }
+}
+
 /// Triangles up and down by a hair, so that faces, edges and corners are touched.
 fn uneven(model: &Model) -> Vec<Surface> {
     let [width, depth] = extent(model);
@@ -301,6 +368,20 @@ fn states(bed: &Bed) -> Vec<State> {
     let more =
         (1..=ADHESIVE).filter_map(|number| Some((number, drawn_state(bed, DRAWN + number)?)));
     let hertz = more.filter(|(_, of)| of.case.model.law.contact.springs == Springs::HertzMindlin);
+    // Obstacles under every combination of springs and dashpots; a constant dashpot beside Hertz's springs is asked for here too.
+    let first = DRAWN + ADHESIVE;
+    all.extend((1..=AMONG_OBSTACLES).filter_map(|number| {
+        let mut state = drawn_state(bed, first + number)?;
+        obstacles(&mut state.case.model, &state.case.bodies, number);
+        let contact = &mut state.case.model.law.contact;
+        if contact.springs == Springs::HertzMindlin && number.is_multiple_of(4) {
+            contact.viscosity = Viscosity::Dashpot {
+                c_n: 0.3,
+                tension: Tension::Clipped,
+            };
+        }
+        Some(state)
+    }));
     all.extend(hertz.map(|(number, mut state)| {
         let law = [AdhesionLaw::Jkr, AdhesionLaw::Dmt][number as usize / 2 % 2];
         let energy = ADHESION * [0.1, 1.0, 3.0][number as usize % 3];

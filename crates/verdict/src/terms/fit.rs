@@ -8,7 +8,7 @@ use grains::vector::{Vector, dot, hypot, minus, times};
 use nalgebra::{DMatrix, DVector};
 
 use super::place::place;
-use super::{PLAIN, Row, Term};
+use super::{DASHPOT, KEPT_DASHPOT, PLAIN, Row, Term};
 
 /// So many rows of a kind are looked at.
 const MOST_ROWS: usize = 300;
@@ -81,7 +81,7 @@ fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
 
 /// The fewest terms of which another multiple explains all rows.
 fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Option<String> {
-    let count = some[0].terms.len();
+    let count = shared(some);
     let most = |term: usize| {
         some.iter()
             .map(|row| hypot(row.terms[term].2) / row.least)
@@ -133,8 +133,11 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
                 .count()
         };
         // As many free numbers as rows explain anything.
-        fitted
-            .retain(|more| plainly > 5 * size && !only_plain || plainly > size && ugly(more) == 0);
+        // Nor do several terms of which one has a factor that no formula has.
+        fitted.retain(|more| match ugly(more) {
+            0 => plainly > size,
+            _ => size == 1 && plainly > 5 && !only_plain,
+        });
         fitted.sort_by_key(|more| {
             (
                 ugly(more),
@@ -157,10 +160,15 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
                 )
             });
             let rounded: Vec<(usize, f64)> = rounded.filter(|(_, more)| *more != 0.0).collect();
-            return Some(in_words(&some[0].terms, &rounded));
+            return (!rounded.is_empty()).then(|| in_words(&some[0].terms, &rounded));
         }
     }
     None
+}
+
+/// So many of the first terms all rows have: contacts that begin have none of the step before.
+fn shared(rows: &[&Row]) -> usize {
+    rows.iter().map(|row| row.terms.len()).min().unwrap_or(0)
 }
 
 fn subsets(of: usize, size: usize) -> Vec<Vec<usize>> {
@@ -183,6 +191,19 @@ fn is_plain(factor: f64) -> bool {
 
 fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
     let close = |a: f64, b: f64| (a - b).abs() < 1.0e-6;
+    // Where a dashpot is missing, what it would have had a step before seems to be kept.
+    let without: Vec<(usize, f64)> = more
+        .iter()
+        .copied()
+        .filter(|of| terms[of.0].0 != KEPT_DASHPOT)
+        .collect();
+    let is_missing =
+        |of: &(usize, f64)| terms[of.0].0 == DASHPOT && close(terms[of.0].1 + of.1, 0.0);
+    let more = if without.iter().any(is_missing) {
+        &without[..]
+    } else {
+        more
+    };
     let gone = |of: &&(usize, f64)| terms[of.0].1 != 0.0 && close(of.1, -terms[of.0].1);
     let new = |of: &&(usize, f64)| terms[of.0].1 == 0.0 && close(of.1, 1.0);
     if let (2, Some(gone), Some(new)) = (more.len(), more.iter().find(gone), more.iter().find(new))
@@ -219,7 +240,7 @@ fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
     if plainly < 6 {
         return None;
     }
-    let count = some[0].terms.len();
+    let count = shared(some);
     (0..count).find_map(|term| {
         let (name, usual, _) = some[0].terms[term];
         // A row without the term says nothing of its factor, and must be right.
