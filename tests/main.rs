@@ -83,6 +83,7 @@ mod page;
 mod conformance_table;
 mod exec_adapters;
 mod exec_engine;
+mod field_tests;
 mod fourth_engine;
 mod live_faults;
 mod strangers;

@@ -9,7 +9,7 @@ use grains::variant::{Variant, run};
 use grains::vector::{hypot, plus, times};
 
 /// How far an engine may be from the model's step, over the largest speed, way or force of a case.
-pub const ROUNDING: f64 = 1.0e-9;
+pub const ROUNDING: f64 = 1.0e-11;
 /// Steps are halved until two limits are as near as this, and so often at most.
 pub const CONVERGED: f64 = 1.0e-9;
 const HALVINGS: usize = 8;

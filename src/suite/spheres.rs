@@ -10,9 +10,9 @@ use std::sync::OnceLock;
 
 use super::exact::{Known, ROUNDING, largest_difference, numbers};
 use super::{CaseGroup, at, springs, wall, world};
-use grains::model::{Axis, Law, Model};
-use grains::rules::Rules;
-use grains::scene::{Rolling, Springs, Tension, TorqueArms, Viscosity};
+use grains::model::{Axis, Law, Model, Solid};
+use grains::rules::{Rules, WallRadius, WallStiffness};
+use grains::scene::{AdhesionLaw, Rolling, Springs, Tension, TorqueArms, Viscosity};
 use grains::tables::Bodies;
 use grains::task::Case;
 use grains::vector::{Vector, hypot, plus, times};
@@ -319,7 +319,7 @@ fn impact(
     let contact_modulus = rigid * modulus / (2.0 * (1.0 - poissons_ratio * poissons_ratio));
     let stiffness = 4.0 / 3.0 * contact_modulus * radius_mean.sqrt();
     if other == Other::Wall {
-        law.modulus *= rigid * wall_radius(rules).sqrt().recip();
+        law.modulus *= rigid * 2.0f64.sqrt() / at_walls(rules);
     }
     let depth = (1.25 * mass * approach * approach / stiffness).powf(0.4);
     let time = 2.943_276_1 * depth / approach;
@@ -353,9 +353,16 @@ fn impact(
     }
 }
 
-/// R* at a wall over the radius.
-fn wall_radius(_rules: Rules) -> f64 {
-    0.5
+/// How many times as stiff as two grains with half its radius a sphere and a wall are by these rules.
+fn at_walls(rules: Rules) -> f64 {
+    let flat = match rules.wall_radius {
+        WallRadius::AsGrain => 1.0,
+        WallRadius::Flat => 2.0f64.sqrt(),
+    };
+    match rules.wall_stiffness {
+        WallStiffness::AsGrain => flat,
+        WallStiffness::Rigid => 2.0 * flat,
+    }
 }
 
 fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Law {
@@ -421,14 +428,14 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
     let incline = [9.81 * 0.3f64.sin(), -9.81 * 0.3f64.cos()];
     // Pressed by its weight alone.
     let sunk = 0.005 - 2.0e-7;
-    let rolling = |limit: Option<f64>| Rolling {
-        bending_stiffness: 2.0e-3,
+    let rolling = |limit: Option<f64>, stiffer: f64| Rolling {
+        bending_stiffness: 2.0e-3 * stiffer,
         twisting_stiffness: 1.0e-3,
         limit,
     };
-    let rolls = |limit: Option<f64>| {
+    let rolls = |limit: Option<f64>, stiffer: f64| {
         let mut law = damped(soft(0.5), 0.5);
-        law.contact.rolling = Some(rolling(limit));
+        law.contact.rolling = Some(rolling(limit, stiffer));
         law
     };
     let linear = |c_n: f64, friction_angle: f64| {
@@ -469,6 +476,33 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
     let across = times(0.05, [-0.7592566, 0.0, 0.6507914]);
     let aside = [0.0, 0.04, 0.0];
     let normal = [0.6507914, 0.0, 0.7592566];
+    let unlike = {
+        let mut law = damped(soft(0.4), 0.7);
+        law.contact.adhesion = Some(0.5);
+        law.materials = vec![Solid {
+            modulus: 2.5e7,
+            stiffness_ratio: 1.0,
+            poissons_ratio: 0.2,
+            friction_angle: 0.2,
+        }];
+        let second = Sphere::new([0.0071, 0.0, -0.0021], 0.004, 5000.0);
+        let both = [
+            ball(0.0031)
+                .moving([0.3, 0.1, -0.4])
+                .spinning([30.0, 0.0, 10.0]),
+            second.spinning([0.0, 40.0, 0.0]),
+        ];
+        let mut case = case("unlike", free(law), &both, moments(800));
+        case.bodies.material = vec![0, 1];
+        case
+    };
+    let still_and_away = [[[0.0; 3]; 2], [times(0.05, normal), [0.0; 3]]];
+    let sticky = |name: &str, by: AdhesionLaw, motions: [[Vector; 2]; 2]| {
+        let mut law = soft(0.0);
+        law.contact.adhesion = Some(0.05);
+        law.contact.adhesion_law = by;
+        case(name, free(law), &prescribed(2.0e-5, motions), moments(240))
+    };
     let held = |name: &str, law: Law, motions: [[Vector; 2]; 2]| {
         case(name, free(law), &prescribed(5.0e-5, motions), moments(400))
     };
@@ -533,7 +567,7 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
             vec![
                 case(
                     "decay",
-                    on_floor(rolls(Some(0.02)), weight),
+                    on_floor(rolls(Some(0.02), 1.0), weight),
                     &[ball(sunk)
                         .moving(times(0.02, WAY))
                         .spinning([-2.4, 3.2, 0.0])],
@@ -541,17 +575,38 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
                 ),
                 case(
                     "incline",
-                    on_floor(rolls(Some(0.1)), incline),
+                    on_floor(rolls(Some(0.1), 1.0), incline),
                     &[ball(sunk)],
                     moments(6000),
                 ),
                 case(
+                    "swings",
+                    on_floor(rolls(None, 25.0), weight),
+                    &[ball(sunk)
+                        .moving(times(0.05, WAY))
+                        .spinning([-6.0, 8.0, 0.0])],
+                    moments(6000),
+                ),
+                case(
                     "twist",
-                    on_floor(rolls(None), weight),
+                    on_floor(rolls(None, 1.0), weight),
                     &[ball(sunk).spinning([0.0, 0.0, 5.0])],
                     moments(6000),
                 ),
             ],
+        ),
+        (
+            "lammps-pull-off",
+            "LAMMPS' pull-off: two spheres part against adhesion by DMT and by JKR",
+            vec![
+                sticky("dmt", AdhesionLaw::Dmt, still_and_away),
+                sticky("jkr", AdhesionLaw::Jkr, still_and_away),
+            ],
+        ),
+        (
+            "materials",
+            "Two spheres of two materials meet, with adhesion",
+            vec![unlike],
         ),
         (
             "corner",
@@ -634,7 +689,7 @@ fn with(group: CaseGroup, case: Case, hertz: Option<[f64; 3]>) -> CaseGroup {
         let known = known.get_or_init(|| Known::new(&own));
         figures.because("what rounding may make of two bodies that meet, over the largest speed, way or force");
         let off = largest_difference(&found, &known.step);
-        figures.is("model's-step: largest deviation from the model's own step, 1", off, 0.0, ROUNDING);
+        figures.is("models-step: largest deviation from the model's own step, 1", off, 0.0, ROUNDING);
         figures.because("what a step of this length costs: how far the model's own step is from the limit of short ones");
         let far = largest_difference(&found, &known.exact);
         let cost = largest_difference(&known.step, &known.exact) + known.spread + ROUNDING;
