@@ -89,7 +89,9 @@ fn page(rows: &[String], about: &str) -> String {
         and motions that are prescribed for both bodies. The exact answer is the limit of short steps under an engine's own rules, Hertz's \
         closed form and the published lines where these are known. A number is the largest deviation from it, over the largest way, speed or \
         force of a run. What a step of the run's length costs is what the model itself is off. Bold is off by more than that, or from the \
-        model's step by more than 1e-11. A dash: the engine lacks what the test needs.\n\n| test |"
+        model's step by more than 1e-11. A dash: the engine lacks what the test needs. \
+         A dashpot along the tangent that acts only while a contact sticks (rule `while_sticking`) turns on and off, and a step costs more \
+         than where it is limited together with the spring.\n\n| test |"
         .to_owned();
     for key in ENGINES {
         write!(page, " {key} |").expect("a text");
