@@ -19,6 +19,7 @@ use crate::constant::Given;
 use crate::model::Kernel;
 use crate::reference::Reference;
 use crate::reference::space::Space;
+use crate::rules::GivenVelocities;
 use crate::tables::{Bodies, Body, Contact, Memories, Punch, Remembered, Snapshot, Stage};
 use crate::variant::Variant;
 use crate::vector::in_plane;
@@ -145,11 +146,14 @@ impl Dynamics {
         }
         dynamics.half_step_to_come = dynamics.constants.half_step_start;
         if bodies.in_space() || !dynamics.constants.rules.are_usual() {
-            let given = Given {
+            let mut given = Given {
                 constants: dynamics.constants.clone(),
                 bodies: bodies.clone(),
                 punch,
             };
+            if given.constants.half_step_start {
+                given.constants.rules.given_velocities = GivenVelocities::AtStart;
+            }
             let mut reference = Reference::going_on(given, memory, &Variant::default());
             take_over(&reference, &mut dynamics.state);
             dynamics.space = Space::of(&mut reference);
