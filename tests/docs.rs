@@ -59,6 +59,7 @@ pages! {
     engine_protocol: "docs/engine-protocol.md",
     explanation: "docs/explanation.md",
     faults: "docs/faults.md",
+    field_tests: "docs/field-tests.md",
     hardening: "docs/hardening.md",
     how_to: "docs/how-to.md",
     reference: "docs/reference.md",

@@ -328,7 +328,7 @@ fn rules_are_found(engine: &str, code: i32, dispersion: f64, rules: &str) {
 )]
 fn rules_of_other_codes_are_found_from_their_steps() {
     let of_lammps = "found from its steps: slip = unstretched, slip_at_walls = unstretched, torque_arms_at_walls = whole_radii, \
-                     spring_turn = keeps_length, new_contact = whole_step; all others";
+                     spring_turn = keeps_length, tangential_dashpot = within_limit, new_contact = whole_step; all others";
     let of_liggghts = "found from its steps: slip = contact_point, slip_at_walls = half_overlap, torque_arms = half_overlap, \
                        spring_turn = projected, new_contact = whole_step; all others";
     rules_are_found("lammps", 0, 0.0, of_lammps);
@@ -382,6 +382,16 @@ fn engine_check_finds_both_equal_to_rounding_under_their_rules_in_all_states_of_
         // Four under each of four laws, eight with other constants and choices, 24 drawn laws, a large one, eleven as a scene at
         // least, and in space eight and twelve drawn laws.
         assert!(states >= 80, "{states}: {text}");
+        // LAMMPS has Hertz and Mindlin, and limits dashpots along the tangent together with the spring.
+        if name == "lammps.py" {
+            has(
+                &text,
+                [
+                    "tangential_dashpot = within_limit",
+                    "Hertz–Mindlin of four materials",
+                ],
+            );
+        }
     }
 }
 
@@ -403,25 +413,6 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
         let stages = run.expect("a run").outcome.stages;
         assert_eq!(stages[0].steps, scene.settle.check_every, "{name}");
     }
-}
-
-#[test]
-#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
-fn hertz_and_mindlin_of_lammps_are_the_models_under_the_rule_that_limits_dashpots_with_springs() {
-    let folder = &new_folder();
-    let check = format!(
-        "engine check {} --quiet --grains 100 --dispersion 0",
-        adapter("lammps.py")
-    );
-    let (code, text, errors) = say(folder, &check);
-    assert_eq!(code, 0, "{text}{errors}");
-    has(
-        &text,
-        [
-            "tangential_dashpot = within_limit",
-            "Hertz–Mindlin of four materials",
-        ],
-    );
 }
 
 /// What `engine check` says of LAMMPS, Debian's or that of an environment, with walls of the older style.
