@@ -701,13 +701,6 @@ impl Reference {
                 }
             }
             judgement.causes = causes(&all, resolution, declared, progress);
-            // What goes by states is not one grain's.
-            if judgement.condition.is_some() {
-                let mut open = judgement.causes.iter_mut();
-                open.by_ref()
-                    .filter(|cause| cause.left.len() == 1)
-                    .for_each(|cause| cause.left.clear());
-            }
         }
         Ok(judgement)
     }
