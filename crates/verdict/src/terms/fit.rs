@@ -134,9 +134,16 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
         };
         // As many free numbers as rows explain anything.
         // Nor do several terms of which one has a factor that no formula has.
+        // But for one that all of them share.
+        let factor = |(term, more): &(usize, f64)| some[0].terms[*term].1 + more;
+        let is_shared = |more: &[(usize, f64)]| {
+            let mut all = more.iter().map(factor);
+            let first = all.next().unwrap_or(0.0);
+            all.all(|of| (of - first).abs() < 1.0e-6)
+        };
         fitted.retain(|more| match ugly(more) {
             0 => plainly > size,
-            _ => size == 1 && plainly > 5 && !only_plain,
+            _ => is_shared(more) && plainly > 5 * size && !only_plain,
         });
         fitted.sort_by_key(|more| {
             (
