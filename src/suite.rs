@@ -125,7 +125,6 @@ pub fn groups(rules: Rules) -> Vec<CaseGroup> {
         collisions::groups(),
         drops::groups(),
         sliding::groups(),
-        conservation::pairs(),
         oscillators::groups(),
         rolling::groups(),
         conservation::groups(),

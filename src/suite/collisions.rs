@@ -1,7 +1,4 @@
 //! Head-on collisions without gravity, of a grain with a wall or of two grains whose centre of mass is at rest.
-//!
-//! Chung and Ooi's tests (Granular Matter 13 (2011) 643) have their materials, radii and speeds, on a linear spring of the
-//! stiffness E·R; theirs is Hertz's, so the closed forms are the linear ones.
 
 use std::f64::consts::PI;
 
@@ -9,7 +6,7 @@ use super::analytic::{
     SpringDashpot, State, dashpot, deviations, halved, nominal_ratio, random_rounding,
     rounding_of_phase,
 };
-use crate::suite::{self, CaseGroup, Grain, Track, at, furthest};
+use crate::suite::{self, CaseGroup, Grain, Track, at};
 use grains::model::Law;
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
@@ -32,20 +29,6 @@ pub fn groups() -> Vec<CaseGroup> {
             glass_at(&[0.05, 0.2, 0.5]),
         ),
         restitutions(),
-        elastic(),
-        // Without a dashpot nothing is clipped, so one of the two groups has it.
-        rebounds(
-            "chung-ooi-3-rebound",
-            "Chung and Ooi 3: rebound from a wall, dashpots that do not pull",
-            Clipped,
-            chung_ooi_3(&[0.2, 0.4, 0.6, 0.8, 1.0]),
-        ),
-        rebounds(
-            "chung-ooi-3-rebound-unclipped",
-            "Chung and Ooi 3: rebound from a wall, the restitution is the nominal one if dashpots may pull",
-            Unclipped,
-            chung_ooi_3(&[0.2, 0.4, 0.6, 0.8]),
-        ),
         squeezed(recurrence(
             "leapfrog-spring",
             "Springs swing as the leapfrog recurrence, to rounding",
@@ -369,22 +352,6 @@ fn glass_at(ratios: &[f64]) -> Vec<(f64, HeadOn)> {
     ratios.iter().flat_map(runs).collect()
 }
 
-fn chung_ooi_3(restitutions: &[f64]) -> Vec<(f64, HeadOn)> {
-    let mut runs = Vec::new();
-    for (id, modulus, density) in [
-        ("aluminium-oxide", 3.8e11, 4000.0),
-        ("cast-iron", 1.0e11, 7000.0),
-    ] {
-        for restitution in restitutions {
-            let ball = Grain::sphere([0.0; 2], 2.5e-3, density);
-            let id = format!("{id}/e-{restitution}");
-            let plain = HeadOn::new(id, ball, None, modulus * 2.5e-3, 3.9);
-            runs.push((nominal_ratio(*restitution), plain));
-        }
-    }
-    runs
-}
-
 /// Collisions that are asked to have a restitution. Only the contact time needs the dashpot's constant:
 /// it is looked for by halving, on the closed form.
 fn restitutions() -> CaseGroup {
@@ -410,48 +377,6 @@ fn restitutions() -> CaseGroup {
                 group = found.add_to(group);
             }
         }
-    }
-    group
-}
-
-/// F = v√(k m_eff), δ = v√(m_eff/k), T = π√(m_eff/k) with the speed v of the approach.
-fn elastic() -> CaseGroup {
-    let title =
-        "Chung and Ooi 1 and 2: force, overlap and contact time of elastic impacts, pair and wall";
-    let mut group = CaseGroup::new("chung-ooi-1-2-elastic", title);
-    for (id, pair, radius, modulus, density, approach) in [
-        ("glass", true, 0.01, 4.8e10, 2800.0, 20.0),
-        ("limestone", true, 0.01, 2.0e10, 2500.0, 20.0),
-        ("aluminium-alloy", false, 0.1, 7.0e10, 2699.0, 0.2),
-        ("magnesium-alloy", false, 0.1, 4.0e10, 1800.0, 0.2),
-    ] {
-        let grain = Grain::sphere([0.0; 2], radius, density);
-        let other = pair.then_some(grain);
-        // Eq. 4 of the paper for equal grains, and a wall counts as one.
-        let impact = HeadOn::new(id.to_owned(), grain, other, modulus * radius, approach);
-        let middle = (impact.lead + 0.5 * impact.steps).round() as u64;
-        let middle = [middle - 1, middle, middle + 1];
-        let duration = impact.steps * impact.dt();
-        let end = impact.end(duration);
-        let moments = [&[0], &middle[..], &[end]].concat();
-        group = group.with(impact.id.clone(), impact.case(moments), move |track, figures| {
-            let force = |step| at(track, step).contact(|contact| contact.normal_force);
-            let (mass, stiffness) = (impact.mass(), impact.stiffness);
-            let most = impact.approach * (stiffness * mass).sqrt();
-            let deepest = impact.approach * (mass / stiffness).sqrt();
-            let eighth = 0.125 * impact.angle() * impact.angle();
-            figures.because(
-                "the top lies half a step off at most, (ω dt)²/8 lower, and touch between two steps raises it by \
-                 that at most",
-            );
-            let found = furthest(0.0, middle.map(force));
-            figures.is("largest-force, N", found, most, most * eighth);
-            let found = furthest(0.0, middle.map(|step| impact.state(track, step).overlap));
-            figures.is("largest-overlap, m", found, deepest, deepest * eighth);
-            figures.because("the scheme's frequency is too high by (ω dt)²/24; thrice that");
-            let [_, time] = impact.outcome(track, end);
-            figures.is("contact-time, s", time, duration, duration * eighth);
-        });
     }
     group
 }

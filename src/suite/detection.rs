@@ -350,15 +350,9 @@ pub mod tests {
         drop-on-wall-unclipped: gravity=1e-10 stiffness=1e-3
         repeated-bounces: gravity=1e-3 dashpot=1e-2
         repeated-bounces-local-damping: damping=1e-4
-        chung-ooi-1-2-elastic: modulus=1e-5 time-step=1e-5
-        chung-ooi-3-rebound: dashpot=1e-4 wall=missing
-        chung-ooi-3-rebound-unclipped: dashpot=1e-4
         oblique-impact: friction=1e-9 inertia=1e-7 torque-arms=other
-        chung-ooi-4-oblique: friction=1e-6 inertia=1e-6
         gross-sliding: friction=1e-9 inertia=1e-8 torque-arms=other
         spin-impact: friction=1e-9 inertia=1e-8
-        gross-sliding-pair: friction=1e-4 inertia=1e-10
-        opposite-spins: radius=1e-10 ratcheting=other
         leapfrog-spring: start=half-step
         leapfrog-dashpot: dashpot=1e-11
         leapfrog-dashpot-unclipped: dashpot=1e-11
@@ -407,7 +401,8 @@ pub mod tests {
         lammps-pull-off: adhesion=1e-9 modulus=1e-9
         materials: material=1e-9 adhesion=1e-8
         corner: friction=1e-7 stiffness=1e-7
-        on-dem: friction=1e-7 shear-stiffness=1e-7 dashpot=1e-7 ratcheting=other
+        on-dem: friction=1e-7 shear-stiffness=1e-7 ratcheting=other
+        on-dem-dashpots: dashpot=1e-7
         recorded-pouring: stiffness=1e-12
         ";
 

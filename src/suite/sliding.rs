@@ -1,8 +1,6 @@
 //! A grain that touches a wall obliquely or spinning: it slides all through, or its tangential spring holds.
 
-use super::analytic::{
-    ROUNDING, SpringDashpot, State, nominal_ratio, random_rounding, rounding_of_phase,
-};
+use super::analytic::{ROUNDING, SpringDashpot, State, random_rounding, rounding_of_phase};
 use super::collisions::HeadOn;
 use crate::suite::{self, CaseGroup, Figures, Grain, Track, at, furthest};
 use grains::model::Law;
@@ -12,10 +10,9 @@ use grains::task::Case;
 pub fn groups() -> Vec<CaseGroup> {
     vec![
         mfix(),
-        chung_ooi_4(),
         spinning(
             "gross-sliding",
-            "Chung and Ooi 5 and 6 for a linear spring: sliding with spin along and against the way",
+            "Impacts that slide all through, with spin along and against the way, arms of both laws",
             &[
                 ("no-spin", 2.0, 0.0),
                 ("spin-against", 2.0, -150.0),
@@ -233,27 +230,7 @@ fn mfix() -> CaseGroup {
     group
 }
 
-/// Chung and Ooi, Granular Matter 13 (2011) 643: aluminium oxide, radius 2.5 mm, 3.9 m/s, e = 0.98 (nominal),
-/// μ = 0.092. Below 33° from the normal the contact sticks for a while and has no such closed form.
-fn chung_ooi_4() -> CaseGroup {
-    let title =
-        "Chung and Ooi 4: oblique impacts with a dashpot, for the angles that slide all through";
-    let mut group = CaseGroup::new("chung-ooi-4-oblique", title);
-    for (what, shape) in SHAPES {
-        for angle in [35.0, 45.0, 60.0, 75.0, 85.0] {
-            let id = format!("{what}/{angle}-degrees");
-            let grain = shape([0.0; 2], 2.5e-3, 4000.0).moving(at_angle(3.9, angle));
-            // Mindlin's 2(1−ν)/(2−ν) for ν = 0.23.
-            let ratios = [1.54 / 1.77, 0.092];
-            let slide = Slide::new(id, grain, CONTACT_POINT, 3.8e11 * 2.5e-3, ratios);
-            let slide = slide.damped(nominal_ratio(0.98));
-            group = slide.add_to(group, |_, _, _| ());
-        }
-    }
-    group
-}
-
-/// Aluminium alloy of Chung and Ooi's materials with a velocity and a spin, as long as it lasts sliding faster than friction can
+/// Aluminium alloy with a velocity and a spin, as long as it lasts sliding faster than friction can
 /// stop, with arms of both laws; speeds are our own.
 fn spinning(id: &'static str, title: &'static str, motions: &[(&str, f64, f64)]) -> CaseGroup {
     let mut group = CaseGroup::new(id, title);
