@@ -354,7 +354,7 @@ fn run_or_take_over(
     let mut same = run.record.scene_digest == scene.digest()
         && run.record.command == crate::run::command(engine, Protocol::Whole);
     match &run.record.engine {
-        EngineRecord::Yade { script, .. } => same &= *script == yade::script_digest(),
+        EngineRecord::Yade { script, .. } => same &= *script == yade::script_digest(false),
         // It is made anew in seconds, and an older build may have had other bits.
         EngineRecord::Native { .. } => {
             let anew = in_memory(scene, engine, Protocol::Whole)?;

@@ -66,6 +66,11 @@ pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
 
     fn runner(&self, task: u64) -> Runner;
 
+    /// Whether its beds are of spheres.
+    fn in_space(&self) -> bool {
+        false
+    }
+
     /// Everything in the plan that the task's row depends on, in words or a digest: tasks of two plans with the same
     /// identity have the same row.
     fn identity(&self, task: u64) -> String;

@@ -221,7 +221,7 @@ fn level_and_power_on_the_recorded_packings() {
     const KEY: Key = *b"crossgrain: tests of both sides ";
     let native = root("reference_data/campaign-native-1");
     let native = crossgrain::study::campaign::merged(&native).expect("a recorded campaign");
-    let all = Packings::of(&native.rows);
+    let all = Packings::of(&native.rows, false);
     let (trials, side) = (400, 450);
     let groups = |source: &mut Source| {
         let mut places: Vec<usize> = (0..all.count()).collect();

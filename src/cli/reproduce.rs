@@ -21,7 +21,7 @@ use crate::report::html::FIRST;
 use crate::report::{Page, page_against, terminal};
 use crate::reproduce::record::{Beside, Reproduction, measured};
 use crate::reproduce::{Options, reproduce};
-use crate::run::folder::read_planar_scene;
+use crate::run::folder::read_scene;
 use crate::workers::asked_to_end;
 use grains::native::Fault;
 use grains::scene::paper_scene;
@@ -73,9 +73,13 @@ pub struct Arguments {
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         let scene = match &self.scene {
-            Some(path) => read_planar_scene(path)?,
+            Some(path) => read_scene(path)?,
             None => paper_scene(1, 5000),
         };
+        if scene.in_space() {
+            let why = "it is in space (box.depth), and this checks the paper's figures, which are of the plane; `run`, `compare` and `study plan campaign` take it";
+            return Err(Error::Usage(why.to_owned()));
+        }
         // A name that is wrong is said before hours of work, not after.
         let baseline = self.baseline.as_ref();
         let baseline = baseline

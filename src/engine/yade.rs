@@ -135,10 +135,7 @@ impl Engine for Options {
                 version,
                 sorted: self.sorted,
                 verlet_distance: self.verlet_distance,
-                script: match scene.in_space() {
-                    true => script_digest_in_space(),
-                    false => script_digest(),
-                },
+                script: script_digest(scene.in_space()),
             },
             log: exec::log(work),
             // Its stages tell what they took, without the start.
@@ -200,14 +197,10 @@ const SHARED: Script = script!("model_in_yade.py");
 /// Does any of these jobs in space.
 const IN_SPACE: Script = script!("in_space.py");
 
-/// SHA-256 of the scripts that run a scene in the plane, in hexadecimal: what ran inside YADE.
-pub fn script_digest() -> String {
-    sha256_hex(format!("{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
-}
-
-/// The same of a scene in space.
-fn script_digest_in_space() -> String {
-    sha256_hex(format!("{}{}{}", IN_SPACE.1, RUN_SCENE.1, SHARED.1).as_bytes())
+/// SHA-256 of the scripts that run a scene in the plane or in space, in hexadecimal: what ran inside YADE.
+pub fn script_digest(in_space: bool) -> String {
+    let further = if in_space { IN_SPACE.1 } else { "" };
+    sha256_hex(format!("{further}{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
 }
 
 fn missing(reason: String) -> ProgramError {

@@ -161,7 +161,7 @@ pub fn write_vtk(
 fn stresses(scene: &Scene, moment: &Moment) -> (Vec<Components>, Vec<f64>) {
     let areas = cells::of(scene, &moment.bodies).area;
     let sums = of_grains(moment.bed());
-    let over = |(sum, area): (&nalgebra::Matrix2<f64>, &f64)| Components::from(sum / *area);
+    let over = |(sum, area): (&nalgebra::Matrix3<f64>, &f64)| Components::from(sum / *area);
     (sums.iter().zip(&areas).map(over).collect(), areas)
 }
 

@@ -546,18 +546,6 @@ pub fn read_scene(path: &Path) -> Result<Scene, FileError> {
     parse_scene_with(&text, &triangles).map_err(|error| bad_scene(path, &error))
 }
 
-/// One in the plane, for what does not judge spheres in space.
-pub fn read_planar_scene(path: &Path) -> Result<Scene, FileError> {
-    let scene = read_scene(path)?;
-    match scene.in_space() {
-        false => Ok(scene),
-        true => Err(FileError::Unfit(format!(
-            "{}: it is in space (box.depth), where scenes are run and compared bit by bit, and nothing else is judged; give a scene in the plane",
-            path.display()
-        ))),
-    }
-}
-
 /// The folder that the recorded run of YADE is unpacked into, which is carried in the program. `reference_data/README.md` says
 /// how it was made.
 pub const RECORDED: &str = "yade-recorded";

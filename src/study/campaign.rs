@@ -87,6 +87,10 @@ impl Study for Campaign {
         self.runner
     }
 
+    fn in_space(&self) -> bool {
+        self.scene.in_space()
+    }
+
     fn identity(&self, task: u64) -> String {
         // The seed in the scene is that of member 1.
         let phases = serde_json::to_string(&self.phases).expect("phases are JSON");
@@ -118,7 +122,8 @@ impl Study for Campaign {
         };
         let scene = &specification.scene_of(realization);
         let settled = run.outcome.settled.as_ref();
-        let surface = settled.map(|settled| measure::surface(scene, &settled.bodies));
+        let planar = settled.filter(|_| !scene.in_space());
+        let surface = planar.map(|settled| measure::surface(scene, &settled.bodies));
         let fields = |snapshot: &Snapshot| surface.map(|surface| fields(scene, snapshot, surface));
         let last = &run.outcome.last;
         let reached = run.ending == Ending::Reached;
@@ -240,9 +245,9 @@ pub struct Member {
     /// The same of the last moment, punch included.
     pub loaded_state: Option<String>,
     pub measured: BTreeMap<String, f64>,
-    /// Around the control points under gravity alone; none where the bed did not settle.
+    /// Around the control points under gravity alone; none where the bed did not settle, and in space.
     pub settled: Option<Fields>,
-    /// Around the control points when the force is reached; none where it was not.
+    /// Around the control points when the force is reached; none where it was not, and in space.
     pub loaded: Option<Fields>,
 }
 

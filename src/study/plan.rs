@@ -69,12 +69,13 @@ impl Program {
 }
 
 impl MadeWith {
-    /// This program, with YADE's scripts where they take part.
-    pub fn this(with_yade: bool) -> Self {
+    /// This program for a study, with YADE's scripts where they take part.
+    fn this<S: Study>(study: &S) -> Self {
+        let with_yade = (1..=study.count()).any(|task| study.runner(task).is_yade());
         MadeWith {
             crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
             source: grains::SOURCE_DIGEST.to_owned(),
-            yade_scripts: with_yade.then(yade::script_digest),
+            yade_scripts: with_yade.then(|| yade::script_digest(study.in_space())),
             note: None,
         }
     }
@@ -96,7 +97,7 @@ impl<S: Study> Plan<S> {
         Ok(Plan {
             kind: S::KIND.to_owned(),
             version: VERSION,
-            made_with: MadeWith::this(uses_yade(&study)),
+            made_with: MadeWith::this(&study),
             program,
             study,
         })
@@ -154,7 +155,7 @@ impl<S: Study> Plan<S> {
 
     /// That this program gives the bits that were planned.
     pub fn check_program(&self, folder: &Path) -> Result<(), StudyError> {
-        let this = MadeWith::this(uses_yade(&self.study));
+        let this = MadeWith::this(&self.study);
         let planned = MadeWith {
             note: None,
             ..self.made_with.clone()
@@ -176,10 +177,6 @@ fn check<S: Study>(study: &S) -> Result<(), String> {
         1..=MOST_ROWS => Ok(()),
         count => Err(format!("{count} rows; a study has 1 to {MOST_ROWS}")),
     }
-}
-
-fn uses_yade<S: Study>(study: &S) -> bool {
-    (1..=study.count()).any(|task| study.runner(task).is_yade())
 }
 
 pub fn kind(folder: &Path) -> Result<String, StudyError> {

@@ -281,8 +281,14 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
     let all = measure::all(scene, Some(settled_bed), last_bed).into_iter();
     let mut measured: BTreeMap<String, f64> =
         all.map(|quantity| (quantity.key, quantity.value)).collect();
-    let surface = measure::surface(scene, &settled.bodies);
-    let layer = stress::over_depth(scene, settled_bed, surface, stress::LAYERS[0]);
+    // Layers are at depths of the paper's bed.
+    let layer = match scene.in_space() {
+        true => Vec::new(),
+        false => {
+            let surface = measure::surface(scene, &settled.bodies);
+            stress::over_depth(scene, settled_bed, surface, stress::LAYERS[0])
+        }
+    };
     let shapes = [
         ("variation", Some(moments::coefficient_of_variation(&layer))),
         ("above_two_means", Some(moments::share_above(&layer, 2.0))),

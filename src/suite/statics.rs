@@ -268,7 +268,7 @@ fn extensive(at: &Snapshot) -> Option<[[f64; 2]; 2]> {
         across: &at.across,
     };
     let stress = stress::of_grains(bed).first().copied()?;
-    Some([0, 1].map(|row| [0, 1].map(|column| stress[(row, column)])))
+    Some([0, 2].map(|row| [0, 2].map(|column| stress[(row, column)])))
 }
 
 /// Figure 4 and Table 3 of the paper: a disc between two pairs of opposite forces.

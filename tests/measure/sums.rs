@@ -9,12 +9,14 @@ use super::{bed_of, contact};
 use crate::support::*;
 
 /// A bed of 300 grains in which grain i has Σ_zz = i + 1 and half of it across: sums tell which grains went in.
-fn numbered() -> (Scene, Bodies, cells::Cells, Vec<nalgebra::Matrix2<f64>>) {
+fn numbered() -> (Scene, Bodies, cells::Cells, Vec<nalgebra::Matrix3<f64>>) {
     let scene = small_scene();
     let bodies = grains::generate::initial_bodies(&scene);
     let cells = cells::radical(&scene, &bodies);
-    let extensive =
-        |id: usize| nalgebra::Matrix2::new(0.5 * (id + 1) as f64, 0.25, 0.25, (id + 1) as f64);
+    let extensive = |id: usize| {
+        let (across, up) = (0.5 * (id + 1) as f64, (id + 1) as f64);
+        nalgebra::Matrix3::new(across, 0.0, 0.25, 0.0, 0.0, 0.0, 0.25, 0.0, up)
+    };
     let extensive = (0..bodies.len()).map(extensive).collect();
     (scene, bodies, cells, extensive)
 }
@@ -70,7 +72,7 @@ fn a_profile_has_the_mean_stress_of_every_piece() {
     let (scene, bodies, cells, _) = numbered();
     let bed = bed_of(&bodies, &[]);
     // Σ_zz = V_p·σ with a stress of a field that is linear across: every piece shows it.
-    let down = |zz| nalgebra::Matrix2::new(0.0, 0.0, 0.0, zz);
+    let down = |zz| nalgebra::Matrix3::from_diagonal(&[0.0, 0.0, zz].into());
     let linear = |id: usize| down(cells.area[id] * (100.0 + 50.0 * bodies.x[id]));
     let linear: Vec<_> = (0..bodies.len()).map(linear).collect();
     let across = stress::across(&scene, bed, &cells, &linear, 0.06);

@@ -100,6 +100,7 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
     }
     let window = porosity::Window::interior(scene, surface);
     let cells = planar.then(|| cells::of(scene, bodies));
+    let layer = porosity::Layer::interior(scene, bodies);
     let coordination = neighbourhood::coordination(bed);
     let mut ratio = |key: &str, value: Option<f64>| add(key, value, "1");
     match &cells {
@@ -110,7 +111,10 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
                 porosity::of_cells(bodies, cells, &window),
             );
         }
-        None => ratio("porosity.in_layer", porosity::in_layer(scene, bodies)),
+        None => ratio(
+            "porosity.in_layer",
+            layer.map(|layer| porosity::in_layer(bodies, &layer)),
+        ),
     }
     ratio("coordination.mean", Some(coordination.mean));
     ratio(
@@ -123,6 +127,13 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
     energy("energy.kinetic", bodies.kinetic_energy());
     energy("energy.elastic", elastic_energy(scene, bed));
     energy("energy.potential", potential_energy(scene, bodies));
+    if let Some(layer) = layer {
+        let stress = stress::in_layer(bed, &layer);
+        for (axis, name) in ["xx", "yy", "zz"].into_iter().enumerate() {
+            let value = stress[(axis, axis)];
+            add(&format!("stress.in_layer.{name}"), Some(value), "Pa");
+        }
+    }
     let stresses = cells.map(|cells| stress::at_control_points(scene, bed, &cells, surface));
     for at in stresses.into_iter().flatten() {
         let (grain, local) = (at.grain_stress, at.local_mean);

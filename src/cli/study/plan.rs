@@ -11,7 +11,7 @@ use crate::engine::named::Named;
 use crate::engine::{Engine, Part};
 use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
-use crate::run::folder::read_planar_scene;
+use crate::run::folder::read_scene;
 use crate::study::campaign::Campaign;
 use crate::study::folder::StudyFolder;
 use crate::study::plan::Program;
@@ -349,7 +349,7 @@ impl Place {
 
 impl CampaignArguments {
     fn execute(self) -> Result<u8, Error> {
-        let scene = read_planar_scene(&self.scene)?;
+        let scene = read_scene(&self.scene)?;
         let is_native = self.engine == Named::Native;
         if !is_native && self.reduced_stiffness {
             let why = "--reduced-stiffness is of the native engine";
@@ -370,6 +370,10 @@ impl CampaignArguments {
             (_, LoopOrder::Ordinary) => (Runner::YadeOrdinary, None),
         };
         let mut phases = Vec::new();
+        if self.reduced_stiffness && scene.in_space() {
+            let why = "--reduced-stiffness is for scenes in the plane: leave /box/depth or it away";
+            return Err(Error::Usage(why.to_owned()));
+        }
         if self.reduced_stiffness {
             let why = "--reduced-stiffness needs /time_step as a fraction";
             let softly = Softly::tested(&scene).ok_or_else(|| Error::Usage(why.to_owned()))?;

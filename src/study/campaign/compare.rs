@@ -19,7 +19,9 @@ use crate::compare::first_steps::sentence;
 use crate::document::{Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
-use crate::study::tradeoff::judge::{MISSED, MISSED_KEY, MISSED_TITLE, QUANTITIES, outcome, word};
+use crate::study::tradeoff::judge::{
+    IN_SPACE, MISSED, MISSED_KEY, MISSED_TITLE, QUANTITIES, Quantity, outcome, word,
+};
 use evidence::moments::{mean, standard_deviation};
 use evidence::random::{Key, replicates};
 use evidence::t_test::{self, Finding, LEVEL, Welch};
@@ -105,25 +107,29 @@ pub struct Comparison {
 /// A campaign's numbers in columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Packings {
-    /// Of each of [`QUANTITIES`], one a packing.
+    /// [`QUANTITIES`], or those [`IN_SPACE`].
+    quantities: &'static [Quantity],
+    /// Of each of them, one a packing.
     columns: Vec<Vec<Option<f64>>>,
     reached: Vec<bool>,
 }
 
 impl Packings {
-    pub fn of(members: &[Member]) -> Self {
+    pub fn of(members: &[Member], in_space: bool) -> Self {
+        let quantities: &'static [Quantity] = if in_space { &IN_SPACE } else { &QUANTITIES };
         let column = |key| {
             members
                 .iter()
                 .map(move |member| member.measured.get(key).copied())
         };
-        let columns = QUANTITIES
+        let columns = quantities
             .iter()
             .map(|quantity| column(quantity.key).collect());
         let reached = members
             .iter()
             .map(|member| member.ending == Ending::Reached);
         Packings {
+            quantities,
             columns: columns.collect(),
             reached: reached.collect(),
         }
@@ -138,6 +144,7 @@ impl Packings {
         let sampled =
             |column: &Vec<Option<f64>>| places.iter().map(|place| column[*place]).collect();
         Packings {
+            quantities: self.quantities,
             columns: self.columns.iter().map(sampled).collect(),
             reached: places.iter().map(|place| self.reached[*place]).collect(),
         }
@@ -145,7 +152,7 @@ impl Packings {
 
     /// With this added to a quantity.
     pub fn moved(mut self, key: &str, by: f64) -> Self {
-        for (quantity, column) in QUANTITIES.iter().zip(&mut self.columns) {
+        for (quantity, column) in self.quantities.iter().zip(&mut self.columns) {
             if quantity.key == key {
                 column.iter_mut().flatten().for_each(|value| *value += by);
             }
@@ -176,7 +183,8 @@ pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError
     }
     let bits = bits(&first.rows, &second.rows);
     let same = bits.common > 0 && bits.settled == bits.common && bits.last == bits.common;
-    let sides = [first, second].map(|campaign| Packings::of(&campaign.rows));
+    let in_space = first.plan.study.scene.in_space();
+    let sides = [first, second].map(|campaign| Packings::of(&campaign.rows, in_space));
     let judged = (!same).then(|| judge(&sides[0], &sides[1]).complete(&sides[0], &sides[1]));
     Ok(Comparison {
         engines: [first.summary.engine.clone(), second.summary.engine.clone()],
@@ -211,7 +219,7 @@ fn bits(first: &[Member], second: &[Member]) -> Bits {
 
 /// Compares packings of two campaigns; what judges nothing is left out, see [`Judgement::complete`].
 pub fn judge(first: &Packings, second: &Packings) -> Judgement {
-    let all = (0..QUANTITIES.len()).map(|index| quantity(index, first, second));
+    let all = (0..first.quantities.len()).map(|index| quantity(index, first, second));
     let mut quantities: Vec<Compared> = all.collect();
     correct(&mut quantities, |compared| &mut compared.difference_p);
     for compared in &mut quantities {
@@ -228,7 +236,7 @@ pub fn judge(first: &Packings, second: &Packings) -> Judgement {
 }
 
 fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
-    let charted = &QUANTITIES[index];
+    let charted = &first.quantities[index];
     let (a, b) = (first.values(index), second.values(index));
     let moments = [&a, &b].map(|values| [mean(values), standard_deviation(values)]);
     let welch = t_test::welch(&a, &b);
@@ -285,7 +293,7 @@ fn finding(compared: &Compared) -> Finding {
 /// The share of drawn pairs of campaigns with equal means that are equal in distribution.
 fn power([first, second]: &[Packings; 2]) -> Option<Interval> {
     let mut centred = second.clone();
-    for (index, quantity) in QUANTITIES.iter().enumerate() {
+    for (index, quantity) in first.quantities.iter().enumerate() {
         let off = mean(&first.values(index)) - mean(&second.values(index));
         centred = centred.moved(quantity.key, off);
     }

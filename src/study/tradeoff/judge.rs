@@ -233,10 +233,16 @@ impl Margin {
 }
 
 /// In the order of tables: `quantities.json`, read.
-pub static QUANTITIES: LazyLock<Vec<Quantity>> = LazyLock::new(|| {
-    let text = include_str!("quantities.json");
+pub static QUANTITIES: LazyLock<Vec<Quantity>> =
+    LazyLock::new(|| listed(include_str!("quantities.json")));
+
+/// Those of beds of spheres.
+pub static IN_SPACE: LazyLock<Vec<Quantity>> =
+    LazyLock::new(|| listed(include_str!("quantities_in_space.json")));
+
+fn listed(text: &'static str) -> Vec<Quantity> {
     serde_json::from_str(text).expect("it is a list of quantities")
-});
+}
 
 /// How much more often or more rarely than the reference's may a method's punch miss the force, as a share of
 /// the realizations. Beds that are left out of a mean, were their stress as far off as all of it, move it by their share: a

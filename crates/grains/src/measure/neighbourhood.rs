@@ -1,6 +1,6 @@
 //! How grains touch: coordination number and rattlers, and the grains around a point: one by one, and summed over ever more of them.
 
-use nalgebra::Matrix2;
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use super::Bed;
@@ -14,8 +14,8 @@ pub struct Coordination {
     pub mean: f64,
     /// Z over the grains that are not rattlers, contacts with rattlers left out; none if all are.
     pub mean_without_rattlers: Option<f64>,
-    /// Share of the grains that are rattlers: under gravity a frictionless grain needs two contacts
-    /// to rest, so a rattler has fewer than two.
+    /// Share of the grains that are rattlers: under gravity a frictionless grain needs two contacts to rest in the plane and three in
+    /// space, so a rattler has fewer.
     pub rattler_share: f64,
 }
 
@@ -35,7 +35,8 @@ pub fn coordination(bed: Bed<'_>) -> Coordination {
             touching[id] += 1;
         }
     }
-    let rattles = |id: usize| touching[id] < 2;
+    let least = if bed.bodies.in_space() { 3 } else { 2 };
+    let rattles = |id: usize| touching[id] < least;
     let rattlers = (0..count).filter(|id| rattles(*id)).count();
     let held: usize = bed
         .contacts
@@ -108,7 +109,7 @@ pub fn of(
     place: [f64; 2],
     bed: Bed<'_>,
     cells: &Cells,
-    extensive: &[Matrix2<f64>],
+    extensive: &[Matrix3<f64>],
 ) -> Neighbourhood {
     let bodies = bed.bodies;
     let from_point = |id: usize| [bodies.x[id] - place[0], bodies.z[id] - place[1]];
@@ -134,11 +135,11 @@ pub fn of(
         contacts: touched(*id),
         cell: cells.area[*id],
         xx: extensive[*id][(0, 0)],
-        zz: extensive[*id][(1, 1)],
-        xz: 0.5 * (extensive[*id][(0, 1)] + extensive[*id][(1, 0)]),
+        zz: extensive[*id][(2, 2)],
+        xz: 0.5 * (extensive[*id][(0, 2)] + extensive[*id][(2, 0)]),
     });
     let mut together = Vec::new();
-    let (mut sum, mut cell, mut moment) = (Matrix2::zeros(), 0.0, 0.0);
+    let (mut sum, mut cell, mut moment) = (Matrix3::zeros(), 0.0, 0.0);
     for (index, (_, id)) in nearest.iter().enumerate() {
         sum += extensive[*id];
         cell += cells.area[*id];
@@ -148,7 +149,7 @@ pub fn of(
                 grains: index + 1,
                 cell,
                 xx: sum[(0, 0)],
-                zz: sum[(1, 1)],
+                zz: sum[(2, 2)],
                 rise: moment / cell,
             });
         }

@@ -20,21 +20,46 @@ pub fn solid_area(bodies: &Bodies) -> f64 {
     grains.map(|radius| PI * radius * radius).sum()
 }
 
-/// Of spheres in their box, between one mean diameter above the floor and one below the centre of mass's double height; none
-/// where nothing is between. The part of a sphere below the height z has the volume π(R²s − s³/3 + 2R³/3) with s = z − centre.
-pub fn in_layer(scene: &Scene, bodies: &Bodies) -> Option<f64> {
-    let inset = scene.particles.mean_diameter;
-    let (from, to) = (inset, super::twice_centre_of_mass(bodies) - inset);
-    let base = scene.container.width * scene.container.depth?;
-    let grains = bodies.z.iter().zip(&bodies.radius);
-    let solid = grains.map(|(z, radius)| {
-        let below = |height: f64| {
-            let s = (height - z).clamp(-radius, *radius);
+/// The inside of a bed of spheres: the whole base of its box between two heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    /// From bottom to top, m.
+    pub z: [f64; 2],
+    /// Width times depth of the box, m².
+    pub base: f64,
+}
+
+impl Layer {
+    /// Between one mean diameter above the floor and one below twice the height of the centre of mass; none in the plane, and where
+    /// nothing is between.
+    pub fn interior(scene: &Scene, bodies: &Bodies) -> Option<Self> {
+        let inset = scene.particles.mean_diameter;
+        let z = [inset, super::twice_centre_of_mass(bodies) - inset];
+        let base = scene.container.width * scene.container.depth?;
+        (z[1] > z[0]).then_some(Layer { z, base })
+    }
+
+    /// m³.
+    pub fn volume(&self) -> f64 {
+        self.base * (self.z[1] - self.z[0])
+    }
+
+    /// The volume of a sphere with its centre at this height that lies in the layer, m³. Up to the height s above the centre it is
+    /// π(R²s − s³/3 + 2R³/3).
+    pub fn part(&self, centre: f64, radius: f64) -> f64 {
+        let [below, above] = self.z.map(|height| {
+            let s = (height - centre).clamp(-radius, radius);
             PI * (radius * radius * s - s * s * s / 3.0)
-        };
-        below(to) - below(from)
-    });
-    (to > from).then(|| 1.0 - solid.sum::<f64>() / (base * (to - from)))
+        });
+        above - below
+    }
+}
+
+/// n = 1 − Σ(part of sphere in the layer)/(volume of layer).
+pub fn in_layer(bodies: &Bodies, layer: &Layer) -> f64 {
+    let grains = bodies.z.iter().zip(&bodies.radius);
+    let solid: f64 = grains.map(|(z, radius)| layer.part(*z, *radius)).sum();
+    1.0 - solid / layer.volume()
 }
 
 /// A rectangle inside the bed, m.

@@ -1,11 +1,14 @@
 //! Stresses: the extensive stress of a grain, Eq. 7 of the paper, Σ_ij = Σ_l x_i F_j over its contacts; the stress at the control
-//! points, section 3.2.3; the single-grain stresses of a layer, for the shape of their distribution; and the mean vertical
-//! stress along two lines, across the box at a depth and down the punch axis.
+//! points, section 3.2.3; the single-grain stresses of a layer, for the shape of their distribution; the mean vertical
+//! stress along two lines, across the box at a depth and down the punch axis; and the mean stress of spheres inside their box.
 
-use nalgebra::Matrix2;
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Vector3};
 
 use super::Bed;
 use super::cells::Cells;
+use super::porosity::Layer;
 use crate::scene::Scene;
 
 /// The three components of a plane stress or extensive stress, compression positive.
@@ -19,39 +22,36 @@ pub struct Components {
     pub xz: f64,
 }
 
-impl From<Matrix2<f64>> for Components {
-    fn from(tensor: Matrix2<f64>) -> Self {
+impl From<Matrix3<f64>> for Components {
+    fn from(tensor: Matrix3<f64>) -> Self {
         Components {
             xx: tensor[(0, 0)],
-            zz: tensor[(1, 1)],
-            xz: 0.5 * (tensor[(0, 1)] + tensor[(1, 0)]),
+            zz: tensor[(2, 2)],
+            xz: 0.5 * (tensor[(0, 2)] + tensor[(2, 0)]),
         }
     }
 }
 
-/// Σ of every grain, J per metre of depth: −Σ x_i F_j with x from the grain's centre to the contact
-/// point and F the force on the grain, so that compression is positive.
-pub fn of_grains(bed: Bed<'_>) -> Vec<Matrix2<f64>> {
+/// Σ of every grain, J (in the plane per metre of depth), rows and columns x, y, z: −Σ x_i F_j with x from the grain's centre to the
+/// contact point and F the force on the grain, so that compression is positive.
+pub fn of_grains(bed: Bed<'_>) -> Vec<Matrix3<f64>> {
     let ids = bed.ids();
-    let mut extensive = vec![Matrix2::zeros(); bed.bodies.len()];
-    for contact in bed.contacts {
-        let force = contact.force();
+    let mut extensive = vec![Matrix3::zeros(); bed.bodies.len()];
+    for (at, (contact, force)) in bed.forces().enumerate() {
+        let across = bed.across.get(at).map_or(0.0, |across| across.point);
+        let force = Vector3::from(force);
         for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
             if !ids.is_grain(id) {
                 continue;
             }
             let id = id as usize;
-            let arm = [
+            let centre = bed.bodies.y.get(id).copied().unwrap_or(0.0);
+            let arm = Vector3::new(
                 contact.point[0] - bed.bodies.x[id],
+                across - centre,
                 contact.point[1] - bed.bodies.z[id],
-            ];
-            extensive[id] -= sign
-                * Matrix2::new(
-                    arm[0] * force[0],
-                    arm[0] * force[1],
-                    arm[1] * force[0],
-                    arm[1] * force[1],
-                );
+            );
+            extensive[id] -= sign * (arm * force.transpose());
         }
     }
     extensive
@@ -96,7 +96,7 @@ pub fn at_control_points(
                 |id: usize| (bed.bodies.x[id] - place[0]).hypot(bed.bodies.z[id] - place[1]);
             let grain =
                 (0..bed.bodies.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))?;
-            let (mut total, mut volume) = (Matrix2::zeros(), 0.0);
+            let (mut total, mut volume) = (Matrix3::zeros(), 0.0);
             for (id, (of_grain, area)) in extensive.iter().zip(&cells.area).enumerate() {
                 if distance(id) <= scene.measurement.local_radius {
                     total += of_grain;
@@ -116,6 +116,19 @@ pub fn at_control_points(
         .collect()
 }
 
+/// The mean stress of a bed of spheres in this layer, Pa: Σ of every sphere by the share of its volume that lies in the layer, over the
+/// layer's volume.
+pub fn in_layer(bed: Bed<'_>, layer: &Layer) -> Matrix3<f64> {
+    let bodies = bed.bodies;
+    let extensive = of_grains(bed);
+    let parts = extensive.iter().enumerate().map(|(id, extensive)| {
+        let radius = bodies.radius[id];
+        let whole = 4.0 / 3.0 * PI * radius.powi(3);
+        extensive * (layer.part(bodies.z[id], radius) / whole)
+    });
+    parts.sum::<Matrix3<f64>>() / layer.volume()
+}
+
 /// Depths of the middles of layers, m: that of the paper's control points, and below.
 pub const LAYERS: [f64; 4] = [0.11, 0.21, 0.31, 0.41];
 /// A layer reaches so far up and down from its middle, m.
@@ -132,7 +145,7 @@ pub fn over_depth(scene: &Scene, bed: Bed<'_>, surface: f64, middle: f64) -> Vec
         .filter_map(|(id, of_grain)| {
             let depth = surface - bed.bodies.z[id];
             let wanted = inside.contains(&bed.bodies.x[id]) && (depth - middle).abs() <= REACH;
-            wanted.then(|| of_grain[(1, 1)] / depth)
+            wanted.then(|| of_grain[(2, 2)] / depth)
         })
         .collect()
 }
@@ -155,7 +168,7 @@ pub fn across(
     scene: &Scene,
     bed: Bed<'_>,
     cells: &Cells,
-    extensive: &[Matrix2<f64>],
+    extensive: &[Matrix3<f64>],
     height: f64,
 ) -> Vec<f64> {
     let width = scene.container.width;
@@ -172,7 +185,7 @@ pub fn down(
     scene: &Scene,
     bed: Bed<'_>,
     cells: &Cells,
-    extensive: &[Matrix2<f64>],
+    extensive: &[Matrix3<f64>],
     surface: f64,
 ) -> Vec<f64> {
     let axis = scene.punch_axis();
@@ -186,7 +199,7 @@ pub fn down(
 fn mean_stress(
     bed: Bed<'_>,
     cells: &Cells,
-    extensive: &[Matrix2<f64>],
+    extensive: &[Matrix3<f64>],
     count: usize,
     piece_of: impl Fn(f64, f64) -> Option<usize>,
 ) -> Vec<f64> {
@@ -194,7 +207,7 @@ fn mean_stress(
     for (id, of_grain) in extensive.iter().enumerate() {
         let piece = piece_of(bed.bodies.x[id], bed.bodies.z[id]);
         if let Some(sum) = piece.and_then(|piece| sums.get_mut(piece)) {
-            sum.0 += of_grain[(1, 1)];
+            sum.0 += of_grain[(2, 2)];
             sum.1 += cells.area[id];
         }
     }
