@@ -73,6 +73,31 @@ impl Obstacle {
         }
     }
 
+    /// Where it is after so many steps of dt, s; to rounding.
+    pub fn after(&self, steps: u64, dt: f64) -> Self {
+        let mut placed = Placed::new(self);
+        (0..steps).for_each(|_| placed.advance(dt));
+        let place = placed.motion.place;
+        let shape = match (self.shape, &placed.shape) {
+            (Surface::Plane { normal, .. }, _) => Surface::Plane {
+                point: place,
+                normal,
+            },
+            (Surface::Box { half_extents, .. }, _) => Surface::Box {
+                centre: place,
+                half_extents,
+                orientation: placed.orientation,
+            },
+            (Surface::Triangle { .. }, Shape::Triangle(facet)) => Surface::Triangle {
+                vertices: facet
+                    .vertices
+                    .map(|vertex| plus(place, placed.outward(vertex))),
+            },
+            (still, _) => still,
+        };
+        Obstacle { shape, ..*self }
+    }
+
     /// What it has to be and is not, to stand in a scene.
     pub fn lacks(&self) -> Option<&'static str> {
         let is_unit = |squared: f64| (squared - 1.0).abs() <= UNIT;

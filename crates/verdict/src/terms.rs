@@ -248,6 +248,28 @@ mod tests {
         }
     }
 
+    /// Forces of 24 bits are off either way, and no term is another one.
+    #[test]
+    fn single_precision_is_told() {
+        let states = states();
+        let states = states.iter().filter(|state| state.law == "friction");
+        let runs: Vec<(Case, Vec<Snapshot>)> = states
+            .map(|state| {
+                let (case, mut run) = run(state, &Variant::default());
+                for contact in run.iter_mut().flat_map(|moment| &mut moment.contacts) {
+                    contact.normal_force = f64::from(contact.normal_force as f32);
+                }
+                (case, run)
+            })
+            .collect();
+        let runs: Vec<(&Case, &[Snapshot])> =
+            runs.iter().map(|(case, run)| (case, &run[..])).collect();
+        let told = found(&runs, false);
+        let forces = told.iter().find(|told| told.starts_with("normal forces"));
+        let forces = forces.map_or("", |told| told);
+        assert!(forces.contains("single precision"), "{told:?}");
+    }
+
     #[test]
     fn a_term_that_is_another_one_is_told() {
         let drift = Choice::of("integration", "drift_kick").expect("a rule");

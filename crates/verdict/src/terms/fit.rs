@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use grains::tables::Snapshot;
 use grains::task::Case;
-use grains::vector::{Vector, dot, hypot, minus, times};
+use grains::vector::{Vector, dot, hypot, minus, plus, times};
 use nalgebra::{DMatrix, DVector};
 
 use super::place::place;
@@ -48,6 +48,9 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
         ));
     }
     let off: Vec<&Row> = rows.iter().filter(|row| row.is_off()).collect();
+    if in_single_precision(rows, &off) {
+        return Some((IN_SINGLE_PRECISION.to_owned(), String::new()));
+    }
     let plainly = off.iter().filter(|row| row.ratio() > 30.0).count();
     if plainly == 0 || !off.iter().any(|row| row.ratio() > PLAIN) {
         return None;
@@ -69,6 +72,29 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
     let some: Vec<&Row> = off.iter().step_by(some(&off)).copied().collect();
     let said = of_terms(&some, &off, plainly)?;
     Some((said, format!(" ({})", place(rows, &off, runs))))
+}
+
+const IN_SINGLE_PRECISION: &str =
+    "rounded to single precision, off by some 1e-8 of themselves either way";
+/// A number of 24 bits is off by at most 6e-8 of itself, and one that is made of a few of them by no more than this.
+const SINGLE: f64 = 5.0e-7;
+/// Fewer rows may be off either way by chance.
+const FEWEST: usize = 12;
+
+/// Whether most are off, by no more than numbers of 24 bits are, and no less than a fifth of them each way.
+fn in_single_precision(rows: &[Row], off: &[&Row]) -> bool {
+    let is_coarse = |row: &&Row| row.ratio() <= SINGLE / super::ROUNDED;
+    let whole = |row: &Row| {
+        row.terms.iter().fold([0.0; 3], |sum, (_, usual, value)| {
+            plus(sum, times(*usual, *value))
+        })
+    };
+    let larger = off.iter().filter(|row| dot(row.off, whole(row)) > 0.0);
+    let (larger, least) = (larger.count(), off.len().div_ceil(5));
+    off.len() >= FEWEST
+        && 2 * off.len() > rows.len()
+        && off.iter().all(is_coarse)
+        && (least..=off.len() - least).contains(&larger)
 }
 
 /// Multiples that a formula has before all others, and after them factors that hang on sizes.

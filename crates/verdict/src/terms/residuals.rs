@@ -100,8 +100,12 @@ impl<'a> Follower<'a> {
                 self.motion((*was, now), (loads, before.as_deref()), at, rows);
             }
             before = past.take().map(|(_, loads)| loads);
-            let model = &self.case.model;
-            let reference = Reference::holding(model, &now_bodies, now.punch, &now.contacts);
+            let mut model = self.case.model.clone();
+            let dt = model.dt;
+            for obstacle in &mut model.obstacles {
+                *obstacle = obstacle.after(now.step, dt);
+            }
+            let reference = Reference::holding(&model, &now_bodies, now.punch, &now.contacts);
             let loads = self.contacts(&reference, now, at, rows);
             past = Some((now, loads));
         }
