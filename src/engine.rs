@@ -305,7 +305,16 @@ fn ensure(holds: bool, otherwise: impl FnOnce() -> String) -> Result<()> {
 
 /// What an engine says in JSON, in a file or a line of one.
 fn parsed<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
-    serde_json::from_str(text).map_err(|error| nonsense(format!("{name}: {error}")))
+    serde_json::from_str(text).map_err(|error: serde_json::Error| {
+        let words = text.split(|letter: char| !letter.is_ascii_alphabetic());
+        let mut words = words.map(str::to_ascii_lowercase);
+        // Which JSON has no word for; some libraries write them all the same.
+        let no_number = words.find(|word| ["nan", "inf", "infinity"].contains(&word.as_str()));
+        nonsense(match no_number.filter(|_| error.is_syntax()) {
+            Some(word) => format!("{name}: a {word} among its numbers: {error}"),
+            None => format!("{name}: {error}"),
+        })
+    })
 }
 
 /// A file of one such text, of at most so many bytes.

@@ -36,15 +36,36 @@ fn what_judges_the_plane_alone_refuses_scenes_in_space() {
     }
 }
 
-/// The floor bears what the walls do not, and a layer about the middle of the bed half of it; campaigns of other clouds are compared by
-/// the quantities that spheres have.
-#[test]
-fn campaigns_of_spheres_are_measured_and_compared() {
-    let folder = &folder_in_space();
+/// Some spheres in a narrow box.
+fn narrow_box() -> Place {
+    let folder = folder_in_space();
     let mut scene = json_of(folder.join("scene.json"));
     scene["particles"]["count"] = 90.into();
     scene["box"] = json!({"width": 0.04, "depth": 0.04});
     fs::write(folder.join("scene.json"), scene.to_string()).expect("writable");
+    folder
+}
+
+#[test]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
+fn campaigns_of_spheres_have_the_bits_of_yade() {
+    let folder = &narrow_box();
+    for (name, engine) in [("a", "native"), ("b", "yade --loop sorted")] {
+        let plan = format!(
+            "study plan campaign scene.json --members 2 --engine {engine} --out {name}"
+        );
+        ends(folder, 0, &plan.words());
+        ends(folder, 0, &format!("study run {name} --quiet").words());
+    }
+    let (text, _) = ends(folder, 0, &"study compare a b".words());
+    has(&text, ["Identical"]);
+}
+
+/// A layer about the middle of the bed bears about the weight of its upper half; campaigns of other clouds are compared by the
+/// quantities that spheres have.
+#[test]
+fn campaigns_of_spheres_are_measured_and_compared() {
+    let folder = &narrow_box();
     for (name, seed) in [("a", 1), ("b", 1), ("c", 11)] {
         let plan = format!("study plan campaign scene.json --members 3 --seed {seed} --out {name}");
         ends(folder, 0, &plan.words());

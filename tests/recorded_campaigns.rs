@@ -73,6 +73,21 @@ fn the_recorded_sorted_yade_runs_have_the_native_bits() {
     }
 }
 
+/// 5,000 spheres with Hertz–Mindlin springs, dashpots, friction and moments, poured, settled and pressed.
+#[test]
+fn the_recorded_spheres_of_yade_have_the_native_bits() {
+    let yade = recorded("campaign-spheres-yade-sorted-1");
+    let mut study = yade.plan.study;
+    assert_eq!(study.runner, Runner::YadeSorted);
+    assert_eq!(study.scene.particles.count, 5000);
+    study.runner = Runner::Native;
+    let member = study.run(1, &Engines::default(), Path::new(""));
+    let mut member = member.expect("it runs");
+    assert_eq!(member.ending, Ending::Reached);
+    member.engine.clone_from(&yade.rows[0].engine);
+    assert_eq!(member, yade.rows[0]);
+}
+
 /// Ordinary YADE adds in another order: other bits, packings of the same kind.
 #[test]
 fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {

@@ -47,6 +47,7 @@ const HOSTILE: &str = r#"
     lacks what is asked for ⇒ SAY = lambda: describe(parts=['normal_spring', 'gravity', 'walls']) ⇒ broken has no Cundall's damping ⇒ 2
     writes no moments ⇒ put('moments.jsonl', ''); put('done.json', '{"steps": 10}') ⇒ not one moment ⇒ 4
     writes rubbish ⇒ put('moments.jsonl', 'rubbish\n') ⇒ moments.jsonl: expected value ⇒ 4
+    writes a force that is none ⇒ put('moments.jsonl', '{"stage": "settle", "step": 0, "loads": [[NaN, 0, 0]]}\n') ⇒ moments.jsonl: a nan among its numbers ⇒ 4
     writes deep JSON ⇒ put('moments.jsonl', '[' * 100000) ⇒ moments.jsonl ⇒ 4
     uses a key that nobody knows ⇒ finish([{'colour': 'red'}]) ⇒ moments.jsonl ⇒ 4
     leaves a table away ⇒ finish([{'stage': 'settle', 'step': 0}, end(10)]) ⇒ settle-0-bodies.csv ⇒ 4
