@@ -51,9 +51,8 @@ fn narrow_box() -> Place {
 fn campaigns_of_spheres_have_the_bits_of_yade() {
     let folder = &narrow_box();
     for (name, engine) in [("a", "native"), ("b", "yade --loop sorted")] {
-        let plan = format!(
-            "study plan campaign scene.json --members 2 --engine {engine} --out {name}"
-        );
+        let plan =
+            format!("study plan campaign scene.json --members 2 --engine {engine} --out {name}");
         ends(folder, 0, &plan.words());
         ends(folder, 0, &format!("study run {name} --quiet").words());
     }

@@ -107,7 +107,8 @@ fn spheres_settle_in_a_box_at_a_sensible_porosity() {
     *columns = 5;
     let bed = run(&scene, initial_bodies(&scene), 30_000);
     assert!(bed.bodies.y.iter().all(|y| *y > 0.0 && *y < 0.06));
-    let porosity = porosity::in_layer(&scene, &bed.bodies).expect("a layer");
+    let layer = porosity::Layer::interior(&scene, &bed.bodies).expect("a layer");
+    let porosity = porosity::in_layer(&bed.bodies, &layer);
     // Random loose and dense packings have 0.45 and 0.36; walls leave more room.
     assert!((0.38..0.56).contains(&porosity), "{porosity}");
     assert!(bed.contacts.len() > 600 && bed.contacts.len() == bed.across.len());
