@@ -37,7 +37,7 @@ fn readme_and_paper_give_the_answer_of_the_records() {
 }
 
 fn claim<'a>(claims: &'a mut [Claim], id: &str) -> &'a mut Claim {
-    let found = claims.iter_mut().find(|of| of.id == id);
+    let found = claims.iter_mut().find(|claim| claim.id == id);
     found.expect("a claim")
 }
 
@@ -47,7 +47,7 @@ fn the_answer_is_no_stronger_than_the_records() {
     let said = |change: fn(&mut Claims, &mut Search)| {
         let (mut claims, mut search) = (claims.clone(), search.clone());
         change(&mut claims, &mut search);
-        answer(&claims, &search).map(|of| of.join(" "))
+        answer(&claims, &search).map(|sentences| sentences.join(" "))
     };
     let as_it_is = said(|_, _| ()).expect("an answer");
     has(
@@ -70,7 +70,7 @@ fn the_answer_is_no_stronger_than_the_records() {
             claim(&mut beside.claims, &format!("exponential.{point}")).verdict = None;
             let rows = &mut claim(&mut beside.claims, &format!("mean.{point}")).rows;
             let judged = rows.iter_mut().filter_map(|row| row.judged.as_mut());
-            judged.for_each(|of| of.outcome = crossgrain::checks::Outcome::Skipped);
+            judged.for_each(|judged| judged.outcome = crossgrain::checks::Outcome::Skipped);
         }
         search.best[0].at.fill(0.5);
         search
@@ -96,16 +96,17 @@ fn the_table_of_a_thousand_packings_is_that_of_the_record() {
     let beside = claims.beside.expect("another setting").claims;
     let text = text_of(root("docs/claims.md"));
     let row = |claims: &[Claim], id: &str, begins: &str| -> Row {
-        let own = claims.iter().find(|of| of.id == id).expect("a claim");
+        let own = claims.iter().find(|claim| claim.id == id).expect("a claim");
         let found = own.rows.iter().find(|row| row.what.starts_with(begins));
         found
             .unwrap_or_else(|| panic!("{id} has no {begins}"))
             .clone()
     };
-    let told = |of: &Interval, unit: f64, digits: usize| {
-        let [low, high] = [of.low, of.high].map(|of| format!("{:.digits$}", of / unit));
+    let told = |interval: &Interval, unit: f64, digits: usize| {
+        let [low, high] =
+            [interval.low, interval.high].map(|limit| format!("{:.digits$}", limit / unit));
         (
-            format!("{:.digits$}", of.estimate / unit),
+            format!("{:.digits$}", interval.estimate / unit),
             format!("({low}–{high})"),
         )
     };
@@ -204,7 +205,12 @@ fn the_table_of_a_thousand_packings_is_that_of_the_record() {
             Some(Verdict::HoldsUnderStatedChoices),
             None,
         ]
-        .map(|wanted| claims.iter().filter(|of| of.verdict == wanted).count())
+        .map(|wanted| {
+            claims
+                .iter()
+                .filter(|claim| claim.verdict == wanted)
+                .count()
+        })
     };
     let [no, yes, by_choice, open] = counts(&claims.claims);
     let [no_1, yes_1, by_choice_1, open_1] = counts(&beside);

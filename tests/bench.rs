@@ -33,10 +33,17 @@ const STEPS: TimedSteps = TimedSteps {
 
 /// Grains without their ids.
 fn as_a_set(bodies: &Bodies) -> Vec<[u64; 6]> {
-    let (motion, of) = ([&bodies.x, &bodies.z, &bodies.vx, &bodies.vz], bodies);
+    let motion = [&bodies.x, &bodies.z, &bodies.vx, &bodies.vz];
     let bits = |id: usize| {
         let [x, z, vx, vz] = motion.map(|column| column[id].to_bits());
-        [x, z, vx, vz, of.radius[id].to_bits(), of.mass[id].to_bits()]
+        [
+            x,
+            z,
+            vx,
+            vz,
+            bodies.radius[id].to_bits(),
+            bodies.mass[id].to_bits(),
+        ]
     };
     let mut all: Vec<[u64; 6]> = (0..bodies.len()).map(bits).collect();
     all.sort_unstable();
@@ -113,10 +120,10 @@ fn a_lost_grain_contact_or_number_is_not_sane() {
     assert!(judge(&exact.bodies, contacts));
     assert!(!judge(&exact.bodies, contacts / 2));
     let changes: [fn(&mut Bodies); 4] = [
-        |of| of.x[7] += 0.002,
-        |of| of.z[7] = f64::NAN,
-        |of| of.vx.fill(1.0),
-        |of| of.x.truncate(499),
+        |bodies| bodies.x[7] += 0.002,
+        |bodies| bodies.z[7] = f64::NAN,
+        |bodies| bodies.vx.fill(1.0),
+        |bodies| bodies.x.truncate(499),
     ];
     for change in changes {
         let mut bodies = exact.bodies.clone();
@@ -148,7 +155,10 @@ fn a_process_of_its_own_times_the_bed_it_is_given() {
     let one = timing::in_a_process(program, folder, 400, 1, limit).expect("a time");
     assert_eq!(one.window.steps, 400);
     let seconds = [Some(one.window.wall_seconds), one.window.cpu_seconds];
-    assert!(seconds.iter().all(|of| *of > Some(0.0)), "{seconds:?}");
+    assert!(
+        seconds.iter().all(|second| *second > Some(0.0)),
+        "{seconds:?}"
+    );
     ends(folder, 2, "bench --one nowhere");
 }
 
@@ -211,20 +221,24 @@ fn scripts_of_other_engines_carry_the_scenes_numbers() {
 job = exchange.Job(sys.argv[1])
 of = importlib.import_module(sys.argv[2]).timing(job, granular.OneClass(job.grains), job.folder, 5e7)
 print('\\n'.join(of[0]))";
-    let of = |name: &str| in_python(script, &[work, Path::new(name)]);
-    let [lammps, liggghts] = ["lammps", "liggghts"].map(|name| of(name).expect("a script"));
+    let script = |name: &str| in_python(script, &[work, Path::new(name)]);
+    let [lammps, liggghts] = ["lammps", "liggghts"].map(|name| script(name).expect("a script"));
     assert!(lammps.contains("pair_style gran/hooke 50000000 NULL 0 NULL 0 0\n"));
     assert!(lammps.contains("fix wall_1 all wall/gran hooke 50000000 NULL 0 NULL 0 0 xplane"));
     assert!(liggghts.contains("kn peratomtypepair 1 50000000\n"));
     assert!(liggghts.contains("primitive type 1 yplane 0\n"));
     // tan 0.5, and discs that turn.
     ask(&bed.with_friction());
-    let lammps = of("lammps").expect("a script");
+    let lammps = script("lammps").expect("a script");
     let law = "hooke/history 50000000 50000000 0 0 0.54630248984379048 0";
     has(&lammps, [&format!("pair_style gran/{law}\n")]);
     has(&lammps, [&format!("wall/gran {law} xplane")]);
     assert!(lammps.contains("fix move all nve/sphere disc\n"));
-    assert!(of("liggghts").expect_err("is refused").contains("friction"));
+    assert!(
+        script("liggghts")
+            .expect_err("is refused")
+            .contains("friction")
+    );
 }
 
 /// LAMMPS and LIGGGHTS time their own steps, and the bed stays the bed.
@@ -251,7 +265,7 @@ fn programs_time_their_own_steps_through_their_adapters() {
         // Grains turn the same way.
         let spins = timed.last.bodies.spin.iter().zip(&exact.bodies.spin);
         let products: Vec<f64> = spins.map(|(spin, exact)| spin * exact).collect();
-        let all: f64 = products.iter().map(|of| of.abs()).sum();
+        let all: f64 = products.iter().map(|product| product.abs()).sum();
         assert!(products.iter().sum::<f64>() >= 0.5 * all, "{contender:?}");
         assert_eq!(all > 0.0, contender.friction());
     }
@@ -277,16 +291,16 @@ fn programs_that_fail_or_hang_are_named_and_ended() {
 
 #[test]
 fn what_is_not_installed_is_not_a_failure_and_what_crashes_is() {
-    let of = |error| Missed::of("x", "x", false, error).expect("no interruption");
+    let missed = |error| Missed::of("x", "x", false, error).expect("no interruption");
     let missing = ProgramError::Missing {
         engine: "LAMMPS",
         reason: "nowhere".to_owned(),
         package: "lammps",
     };
-    assert!(!of(missing.into()).failed);
+    assert!(!missed(missing.into()).failed);
     let status = "signal 11".to_owned();
     let log = String::new();
-    assert!(of(ProgramError::Crashed { status, log }.into()).failed);
+    assert!(missed(ProgramError::Crashed { status, log }.into()).failed);
     assert!(Missed::of("x", "x", false, ProgramError::Interrupted.into()).is_err());
     assert!(Contender::YadeOrdinary.needed() && !Contender::Lammps.needed());
 }
@@ -346,8 +360,8 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     let rounds = contender::rounds(&setup, &task, &mut missed);
     let (mut contests, [sorted_bits, friction_bits, space_bits]) = rounds.expect("a round");
     // Whatever else this machine has.
-    contests.retain(|of| of.contender.is_native());
-    missed.retain(|of| of.what.starts_with("YADE"));
+    contests.retain(|contest| contest.contender.is_native());
+    missed.retain(|missed| missed.what.starts_with("YADE"));
     let clocked = timing::clocked(&bed, 100).expect("the bits of the engine");
     let size = |name: &str, grains: u32| {
         let seconds_per_step = contests[0].seconds_per_step.clone();
@@ -388,12 +402,12 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     let document = bench.document();
     assert_eq!(document.verdict, Outcome::Skipped);
     let checks = document.checks.iter();
-    let beds = checks.filter(|of| of.id.starts_with("bench/bed/"));
+    let beds = checks.filter(|check| check.id.starts_with("bench/bed/"));
     // With YADE and LAMMPS in space.
     assert_eq!(beds.count(), 9);
     let yade = "bench/missed/ordinary-loop";
-    let check = document.checks.iter().find(|of| of.id == yade);
-    assert!(check.is_some_and(|of| of.required && of.outcome == Outcome::Skipped));
+    let check = document.checks.iter().find(|check| check.id == yade);
+    assert!(check.is_some_and(|check| check.required && check.outcome == Outcome::Skipped));
     let page = page(&document);
     each_figure_stands_once_and_has_numbers(&page);
     assert_eq!(page.html.matches("<figure").count(), 2);

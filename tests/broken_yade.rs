@@ -33,7 +33,7 @@ fn every_way_is_told(job: &str, finished: &[&str]) {
         assert!(said < 8000, "{name}: {said} bytes are said");
         for file in below(folder) {
             let partial = file.to_string_lossy().contains("crossgrain.partial");
-            let half = partial || finished.iter().any(|of| file.ends_with(of));
+            let half = partial || finished.iter().any(|name| file.ends_with(name));
             assert!(!half, "{job:?}, {name} left {file:?}");
         }
     }

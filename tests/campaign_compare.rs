@@ -57,11 +57,11 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
     }
 }
 
-fn quantities(of: &Comparison) -> &[Compared] {
-    &of.judged.as_ref().expect("other bits").quantities
+fn quantities(comparison: &Comparison) -> &[Compared] {
+    &comparison.judged.as_ref().expect("other bits").quantities
 }
 
-fn of(first: &Merged, second: &Merged) -> Comparison {
+fn compared(first: &Merged, second: &Merged) -> Comparison {
     compare(first, second).expect("one scene")
 }
 
@@ -70,12 +70,12 @@ fn the_same_realizations_with_the_same_bits() {
     let first = campaign("native", 1, 20, 0.0);
     let mut second = campaign("native", 1, 20, 0.0);
     second.rows.truncate(3);
-    let comparison = of(&first, &second);
+    let comparison = compared(&first, &second);
     assert_eq!(comparison.verdict, Verdict::Identical);
     assert_eq!(comparison.bits.common, 3);
     // One state that differs, and it is not so any more.
     second.rows[1].loaded_state = Some("other".to_owned());
-    let comparison = of(&first, &second);
+    let comparison = compared(&first, &second);
     assert_eq!([comparison.bits.settled, comparison.bits.last], [3, 2]);
     assert_ne!(comparison.verdict, Verdict::Identical);
     // Bits of some realizations say nothing of those that have no state on one side.
@@ -85,7 +85,7 @@ fn the_same_realizations_with_the_same_bits() {
         (member.settled_state, member.loaded_state) = (None, None);
         member.measured.clear();
     }
-    let comparison = of(&first, &second);
+    let comparison = compared(&first, &second);
     assert_eq!([comparison.bits.common, comparison.bits.last], [20, 3]);
     assert_eq!(comparison.verdict, Verdict::Different);
 }
@@ -93,44 +93,50 @@ fn the_same_realizations_with_the_same_bits() {
 #[test]
 fn other_realizations_are_equivalent_different_or_too_few() {
     let first = campaign("native", 1, 60, 0.0);
-    let same = of(&first, &campaign("YADE", 1001, 60, 0.0));
+    let same = compared(&first, &campaign("YADE", 1001, 60, 0.0));
     assert_eq!(same.verdict, Verdict::EqualInDistribution, "{same:?}");
     assert_eq!(same.bits.common, 0);
     let margin = 0.002;
-    let shifted = of(&first, &campaign("YADE", 1001, 60, 2.0 * margin));
+    let shifted = compared(&first, &campaign("YADE", 1001, 60, 2.0 * margin));
     assert_eq!(shifted.verdict, Verdict::Different);
-    let height = quantities(&shifted).iter().find(|of| of.key == HEIGHT);
+    let height = quantities(&shifted)
+        .iter()
+        .find(|quantity| quantity.key == HEIGHT);
     let height = height.expect("the height is charted");
     assert!(height.power > Some(0.99), "{:?}", height.power);
     assert_eq!(height.finding, Some(Finding::Different));
     let p = height.distribution_p;
     assert!(p < Some(0.05), "{p:?}");
-    let others = quantities(&shifted).iter().filter(|of| of.key != HEIGHT);
-    let findings: Vec<_> = others.clone().map(|of| of.finding).collect();
+    let others = quantities(&shifted)
+        .iter()
+        .filter(|quantity| quantity.key != HEIGHT);
+    let findings: Vec<_> = others.clone().map(|quantity| quantity.finding).collect();
     assert!(!findings.contains(&Some(Finding::Different)));
     assert_eq!(others.count(), QUANTITIES.len() - 1);
     // At the margin, with two packings, nothing can be shown.
-    let few = of(&first, &campaign("YADE", 1001, 2, margin));
+    let few = compared(&first, &campaign("YADE", 1001, 2, margin));
     assert_eq!(few.verdict, Verdict::Undecided);
     assert_eq!(few.power.expect("was judged").estimate, 0.0);
     // So many are proposed as then decide.
-    let three = of(
+    let three = compared(
         &campaign("native", 1, 3, 0.0),
         &campaign("YADE", 1001, 3, 0.0),
     );
     let answer = three.document().answer;
-    let proposed = answer.split_once(", about ").map(|of| of.1);
-    let proposed = proposed.and_then(|of| of.split(' ').next()?.parse().ok());
+    let proposed = answer.split_once(", about ").map(|parts| parts.1);
+    let proposed = proposed.and_then(|rest| rest.split(' ').next()?.parse().ok());
     let proposed: u64 = proposed.unwrap_or_else(|| panic!("{answer}"));
     assert!((4..400).contains(&proposed), "{answer}");
-    let more = of(
+    let more = compared(
         &campaign("native", 1, proposed, 0.0),
         &campaign("YADE", 1001, proposed, 0.0),
     );
     assert_eq!(more.verdict, Verdict::EqualInDistribution, "{answer}");
     assert!(same.power.expect("was judged").estimate > 0.9);
     let folders = ["here", "there"].map(Path::new);
-    let table = |of: &Comparison| format!("{:?}", of.clone().told_apart(folders).document());
+    let table = |comparison: &Comparison| {
+        format!("{:?}", comparison.clone().told_apart(folders).document())
+    };
     assert!(!table(&same).contains(" in here"));
     let mut twice = same.clone();
     twice.engines[1] = twice.engines[0].clone();
@@ -156,7 +162,10 @@ fn another_scene_is_not_compared() {
 fn what_is_missing_on_one_side_is_never_equivalent() {
     let first = campaign("native", 1, 60, 0.0);
     let sound = || campaign("YADE", 1001, 60, 0.0);
-    assert_eq!(of(&first, &sound()).verdict, Verdict::EqualInDistribution);
+    assert_eq!(
+        compared(&first, &sound()).verdict,
+        Verdict::EqualInDistribution
+    );
     let mut none = sound();
     for member in &mut none.rows {
         member.measured.remove(HEIGHT);
@@ -176,7 +185,7 @@ fn what_is_missing_on_one_side_is_never_equivalent() {
         member.measured.retain(|key, _| !key.starts_with("loaded."));
     }
     for without in [none, one, without_force, missed] {
-        for pair in [of(&first, &without), of(&without, &first)] {
+        for pair in [compared(&first, &without), compared(&without, &first)] {
             assert_ne!(pair.verdict, Verdict::EqualInDistribution, "{pair:?}");
             assert_ne!(pair.document().verdict, Outcome::Pass);
         }
@@ -187,16 +196,16 @@ fn what_is_missing_on_one_side_is_never_equivalent() {
 fn findings_follow_from_the_p_that_is_shown() {
     let first = campaign("native", 1, 60, 0.0);
     for shift in [0.0, 0.001, 0.0019, 0.0024, 0.004] {
-        let comparison = of(&first, &campaign("YADE", 1001, 60, shift));
-        for of in quantities(&comparison) {
+        let comparison = compared(&first, &campaign("YADE", 1001, 60, shift));
+        for quantity in quantities(&comparison) {
             let below = |p: Option<f64>| p.is_some_and(|p| p < 0.05);
-            let wanted = match (below(of.difference_p), below(of.equivalence_p)) {
-                _ if of.margin.is_none() => None,
+            let wanted = match (below(quantity.difference_p), below(quantity.equivalence_p)) {
+                _ if quantity.margin.is_none() => None,
                 (true, _) => Some(Finding::Different),
                 (_, true) => Some(Finding::Equivalent),
                 _ => Some(Finding::Undecided),
             };
-            assert_eq!(of.finding, wanted, "{of:?}");
+            assert_eq!(quantity.finding, wanted, "{quantity:?}");
         }
     }
 }
@@ -210,7 +219,7 @@ fn external_engines_go_through_the_same_comparison() {
     ] {
         let mut second = campaign("toy 1", 1001, 60, shift);
         second.plan.study.runner = Runner::External;
-        assert_eq!(of(&first, &second).verdict, verdict);
+        assert_eq!(compared(&first, &second).verdict, verdict);
     }
 }
 
@@ -229,7 +238,10 @@ fn level_and_power_on_the_recorded_packings() {
         (all.at(&places[..side]), all.at(&places[side..2 * side]))
     };
     let share = |verdicts: &[Verdict], wanted: Verdict| {
-        let hits = verdicts.iter().filter(|of| **of == wanted).count();
+        let hits = verdicts
+            .iter()
+            .filter(|verdict| **verdict == wanted)
+            .count();
         wilson(hits, trials, 0.99).expect("trials")
     };
     let as_they_are = replicates(&KEY, trials, |source| {
@@ -243,18 +255,27 @@ fn level_and_power_on_the_recorded_packings() {
     // No more than the least power of one quantity, and no less than what remains if all fail at different times.
     let (first, second) = groups(&mut Source::new(&KEY, 0));
     let told = judge(&first, &second).complete(&first, &second);
-    let powers: Vec<f64> = told.quantities.iter().filter_map(|of| of.power).collect();
+    let powers: Vec<f64> = told
+        .quantities
+        .iter()
+        .filter_map(|quantity| quantity.power)
+        .collect();
     let least = powers.iter().copied().fold(1.0, f64::min);
-    let together = 1.0 - powers.iter().map(|of| 1.0 - of).sum::<f64>();
+    let together = 1.0 - powers.iter().map(|power| 1.0 - power).sum::<f64>();
     println!("equal {equal:?}, different {different:?}, powers {powers:?}");
     let within = equal.low <= least && equal.high >= together;
     assert!(within, "{equal:?} {powers:?}");
 
     for key in [HEIGHT, "loaded.stress.B.local_zz"] {
-        let charted = QUANTITIES.iter().find(|of| of.key == key);
-        let values = native.rows.iter().filter_map(|of| of.measured.get(key));
+        let charted = QUANTITIES.iter().find(|quantity| quantity.key == key);
+        let values = native
+            .rows
+            .iter()
+            .filter_map(|member| member.measured.get(key));
         let mean = evidence::moments::mean(&values.copied().collect::<Vec<f64>>());
-        let margin = charted.and_then(|of| of.margin).expect("a margin");
+        let margin = charted
+            .and_then(|quantity| quantity.margin)
+            .expect("a margin");
         let margin = margin.absolute(mean);
         let at_the_margin = replicates(&KEY, trials, |source| {
             let (first, second) = groups(source);

@@ -104,7 +104,8 @@ fn parts_and_limits_are_those_of_made_up_members() {
     let members = members(&plan, law).into_iter().collect();
     let found = Candidates::of(&plan, &members);
     let printed = &found.settings[0].parts[0];
-    let [before, added] = [printed.before, printed.added].map(|of| of.expect("sixty packings"));
+    let [before, added] =
+        [printed.before, printed.added].map(|interval| interval.expect("sixty packings"));
     let ratio = before.estimate / printed.theory[0];
     assert!((ratio - 0.9).abs() < 1.0e-9, "{before:?}");
     let ratio = added.estimate / printed.theory[1];
@@ -117,7 +118,7 @@ fn parts_and_limits_are_those_of_made_up_members() {
     assert!(level(3).contains(&Family::Weibull) && level(3).contains(&Family::GaussianTail));
     assert!(!level(0).contains(&Family::Gamma));
     let findings = found.halvings.iter();
-    let findings = findings.map(|of| (of.name.as_str(), of.finding));
+    let findings = findings.map(|halving| (halving.name.as_str(), halving.finding));
     let (same, other) = (Finding::Equivalent, Finding::Different);
     let names = [
         "without friction",
@@ -125,8 +126,8 @@ fn parts_and_limits_are_those_of_made_up_members() {
         "with friction, grains do not turn",
     ];
     let expected = [same, other, other, same, same, other, same];
-    let of = [0, 0, 1, 1, 1, 2, 2].map(|name| names[name]);
-    assert!(findings.eq(of.into_iter().zip(expected)));
+    let expected_names = [0, 0, 1, 1, 1, 2, 2].map(|name| names[name]);
+    assert!(findings.eq(expected_names.into_iter().zip(expected)));
     let halving = &found.halvings[1];
     assert_eq!((halving.reached, halving.all), ([60, 30], 60));
     let answer = found.document().answer;
@@ -136,7 +137,7 @@ fn parts_and_limits_are_those_of_made_up_members() {
     has(&answer, [words]);
     // Half of the punches do not get the force, so this setting gives nothing, whatever the rest says.
     let mut slow = found.settings.iter();
-    let slow = slow.find(|of| of.setting.id == "rest-0.02");
+    let slow = slow.find(|found| found.setting.id == "rest-0.02");
     let slow = slow.expect("it is planned");
     assert!(!slow.bears());
     assert_eq!(slow.gives_all(), Some(false));
@@ -166,9 +167,9 @@ fn a_small_study_is_undecided_and_says_so() {
 }
 
 /// The whole run in one go.
-fn whole(of: &Specification) -> Member {
+fn whole(specification: &Specification) -> Member {
     let engines = Engines::default();
-    let run = Member::run(of, 1, &engines, Path::new(""), keep).expect("it runs");
+    let run = Member::run(specification, 1, &engines, Path::new(""), keep).expect("it runs");
     Member { cost: None, ..run }
 }
 
@@ -187,7 +188,7 @@ fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
         });
         let scenes = [first, fast, held, rough];
         let native = scenes.map(Specification::native);
-        let settings = native.map(|of| Setting::new("a", "a", "test", of, 1));
+        let settings = native.map(|specification| Setting::new("a", "a", "test", specification, 1));
         let loaded = of_one_bed(&settings, 1, keep).expect("they run");
         for (setting, loaded) in settings.iter().zip(loaded) {
             assert!(loaded.loaded_state.is_some());
@@ -204,7 +205,7 @@ fn friction_bears_the_punch_earlier() {
     let slow = changed(base, &[Speed(0.02)]);
     let without = whole(&Specification::native(slow.clone()));
     let with = whole(&Specification::native(changed(slow, &[Friction(0.5)])));
-    let endings = [&with, &without].map(|of| of.ending.clone());
+    let endings = [&with, &without].map(|member| member.ending.clone());
     assert_eq!(endings, [Ending::Reached, Ending::Reached]);
     assert!(with.load_steps < without.load_steps);
 }
@@ -222,8 +223,11 @@ pub fn are_sound(plan: &Plan, first: &str) -> BTreeSet<String> {
         assert!(digests.insert(specification.digest()), "{}", setting.id);
     }
     let settings = || plan.beds.settings();
-    assert_eq!(settings().next().map(|of| of.id.as_str()), Some(first));
-    settings().map(|of| of.axis.clone()).collect()
+    assert_eq!(
+        settings().next().map(|setting| setting.id.as_str()),
+        Some(first)
+    );
+    settings().map(|setting| setting.axis.clone()).collect()
 }
 
 #[test]
@@ -236,7 +240,7 @@ fn choices_are_sound_scenes_around_the_printed_one() {
             "{readings:?}"
         );
         if !quick {
-            let named = reasons().map(|of| of.0);
+            let named = reasons().map(|reason| reason.0);
             let named: BTreeSet<&str> = named.chain([PRINTED]).collect();
             assert!(axes.iter().map(String::as_str).eq(named));
         }
@@ -263,7 +267,7 @@ fn three_settings(clouds: u64) -> Plan {
 }
 
 fn rows(folder: &Path) -> Vec<Vec<Member>> {
-    let rows = StudyFolder::<Plan>::open(folder).and_then(|of| of.rows());
+    let rows = StudyFolder::<Plan>::open(folder).and_then(|study| study.rows());
     rows.expect("rows of a study")
 }
 
@@ -287,7 +291,7 @@ fn choices_are_held_against_the_printed_scene_on_the_same_clouds() {
     let [sound, slow, early] = &record.settings[..] else {
         panic!("three settings");
     };
-    let height = |of: usize| record.settings[of].figures[0].clone();
+    let height = |setting: usize| record.settings[setting].figures[0].clone();
     assert_eq!(height(0).id, "height");
     assert!(height(0).change.is_none());
     let moved = height(2).change.expect("eight clouds").low;
@@ -304,7 +308,7 @@ fn choices_are_held_against_the_printed_scene_on_the_same_clouds() {
     let measured = |row: &Member| row.measured.contains_key("loaded.stress.O.local_zz");
     let missed = missed.inspect(|row| assert!(!measured(row))).count();
     assert_eq!(slow.endings.target_load_not_reached, missed);
-    let judged = slow.figures.iter().find(|of| of.id == "stress.O");
+    let judged = slow.figures.iter().find(|figure| figure.id == "stress.O");
     let judged = judged.expect("a published figure");
     assert_eq!(judged.packings, 8 - missed);
     assert_eq!(judged.conditional, missed > 0);

@@ -197,7 +197,11 @@ fn the_suite_has_its_checks_in_its_record() {
         let (value, upper) = (check.value.expect("a value"), check.upper.expect("a limit"));
         assert!(value <= upper && !check.basis.is_empty(), "{check:?}");
     }
-    let ids: BTreeSet<&str> = record.checks.iter().map(|of| of.id.as_str()).collect();
+    let ids: BTreeSet<&str> = record
+        .checks
+        .iter()
+        .map(|check| check.id.as_str())
+        .collect();
     assert_eq!(ids.len(), record.checks.len(), "ids are unique");
 }
 
@@ -246,8 +250,8 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
         text.unwrap_or_else(|error| panic!("{arguments:?}: {name}: {error}: {errors}"))
     });
     let junit = roxmltree::Document::parse(&junit).expect("XML");
-    let count = |of: &str| -> usize {
-        let count = junit.root_element().attribute(of).expect("a count");
+    let count = |attribute: &str| -> usize {
+        let count = junit.root_element().attribute(attribute).expect("a count");
         count.parse().expect("a number")
     };
     let mut table = csv::Reader::from_reader(table.as_bytes());
@@ -376,7 +380,7 @@ fn errors_are_told_in_the_files_too() {
         let junit = roxmltree::Document::parse(&text).expect("XML");
         let root = junit.root_element();
         let named = format!("crossgrain {verb}");
-        let counts = ["name", "errors"].map(|of| root.attribute(of));
+        let counts = ["name", "errors"].map(|attribute| root.attribute(attribute));
         assert_eq!(counts, [Some(named.as_str()), Some("1")]);
         let kind = format!("type=\"exit code {code}\"");
         assert!(text.contains(&kind), "{verb}: {code} {text}");

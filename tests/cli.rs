@@ -91,7 +91,11 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
             assert!(!id.to_lowercase().contains(engine), "{id} names an engine");
         }
     }
-    assert!(record["skipped"].as_array().is_some_and(|of| of.len() >= 3));
+    assert!(
+        record["skipped"]
+            .as_array()
+            .is_some_and(|list| list.len() >= 3)
+    );
 
     // A finished job keeps all that it has, under another name.
     let (_, errors) = job_in("o", 3);
@@ -101,7 +105,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     // An unfinished one is taken up with the runs that it has.
     fs::remove_file(folder.join("o/run.json")).expect("a file");
     let run = folder.join("o/native/run.json");
-    let modified = || fs::metadata(&run).and_then(|of| of.modified());
+    let modified = || fs::metadata(&run).and_then(|file| file.modified());
     let before = modified().expect("a time");
     job_in("o", 3);
     assert_eq!(before, modified().expect("a time"));
@@ -152,7 +156,7 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
     for (list, key, count) in [(checks, "outcome", 11), (&record["faults"], "verdict", 6)] {
         let list = list.as_array().expect("a list");
         assert_eq!(list.len(), count);
-        assert!(list.iter().all(|of| of[key] == "pass"), "{list:?}");
+        assert!(list.iter().all(|entry| entry[key] == "pass"), "{list:?}");
     }
 }
 

@@ -45,7 +45,7 @@ fn every_fault_is_found_with_its_step_and_grain() {
         // The step before agrees in every bit and the step itself does not.
         for (steps, agree) in [(first.step - 1, true), (first.step, false)] {
             let run = |options| native_run(&scene, options, Protocol::Steps { steps });
-            let [a, b] = [sound(), faulty(fault)].map(|of| run(of).last.bodies.digest());
+            let [a, b] = [sound(), faulty(fault)].map(|options| run(options).last.bodies.digest());
             assert_eq!(a == b, agree, "{fault} at step {steps}");
         }
         assert!(first.number.id.starts_with("grain "), "{}", first.number.id);
@@ -84,7 +84,7 @@ fn one_last_bit_in_one_number_is_found() {
         let comparison = compare(&a, &b, None);
         assert_eq!(comparison.verdict(), Verdict::Different);
         let mut tables = comparison.tables.iter();
-        let table = tables.find(|of| of.table == key).expect("the table");
+        let table = tables.find(|table| table.table == key).expect("the table");
         assert_eq!((table.differing, table.numbers), (1, numbers));
         let first = table.first.as_ref().expect("the number");
         assert_eq!((first.id.as_str(), first.key, first.ulps), place);
@@ -216,19 +216,22 @@ fn a_contact_table_that_does_not_follow_from_its_grains_is_found() {
     );
     type Change = fn(&mut Moment);
     let changes: [(&str, Change); 5] = [
-        ("contacts are missing", |of| {
-            of.contacts.remove(3);
+        ("contacts are missing", |moment| {
+            moment.contacts.remove(3);
         }),
-        ("fn is off", |of| {
-            of.contacts
+        ("fn is off", |moment| {
+            moment
+                .contacts
                 .iter_mut()
-                .for_each(|of| of.normal_force *= 1.02);
+                .for_each(|contact| contact.normal_force *= 1.02);
         }),
-        ("overlap is off", |of| of.contacts[5].overlap *= 1.001),
-        ("x is off", |of| of.contacts[5].point[0] += 1.0e-6),
-        ("its limit is", |of| {
-            let normal = of.contacts[5].normal_force;
-            of.contacts[5].tangential_force = 0.5 * normal;
+        ("overlap is off", |moment| {
+            moment.contacts[5].overlap *= 1.001
+        }),
+        ("x is off", |moment| moment.contacts[5].point[0] += 1.0e-6),
+        ("its limit is", |moment| {
+            let normal = moment.contacts[5].normal_force;
+            moment.contacts[5].tangential_force = 0.5 * normal;
         }),
     ];
     // What cannot be looked at is no agreement.
@@ -259,7 +262,7 @@ fn a_bed_that_settled_too_early_is_found() {
     assert_eq!(from_runs::against_rules(&run), None);
     let bodies = &mut run.last.bodies;
     let velocities = bodies.vx.iter_mut().chain(&mut bodies.vz);
-    velocities.for_each(|of| *of *= 3.0);
+    velocities.for_each(|velocity| *velocity *= 3.0);
     let why = from_runs::against_rules(&run).expect("found");
     has(&why, ["J left"]);
 }
@@ -277,7 +280,7 @@ fn tables_of_a_rough_bed_follow_from_its_grains() {
             found.expect("grains that touch").outcome
         };
         assert_eq!(judged(&run), Outcome::Pass, "{realization}");
-        let slides = |of: &&mut Contact| of.tangential_force != 0.0;
+        let slides = |contact: &&mut Contact| contact.tangential_force != 0.0;
         let one = run.last.contacts.iter_mut().find(slides);
         one.expect("friction").normal_force *= 1.05;
         assert_eq!(judged(&run), Outcome::Fail, "{realization}");

@@ -12,7 +12,7 @@ fn verdicts(record: &str) -> Vec<(String, String)> {
     record::parse("conformance.json", record).expect("a record");
     let record: Value = serde_json::from_str(record).expect("JSON");
     let engines = record["engines"].as_array().expect("engines");
-    let word = |of: &Value| of.as_str().expect("a word").to_owned();
+    let word = |value: &Value| value.as_str().expect("a word").to_owned();
     let pair = |row: &Value| (word(&row["key"]), word(&row["verdict"]));
     engines.iter().map(pair).collect()
 }

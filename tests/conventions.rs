@@ -74,11 +74,11 @@ fn the_recorded_differences_are_those_of_their_rows_and_of_the_page() {
     let page = text_of(root("docs/rules.md"));
     let found = recorded.settings.iter();
     let all: Vec<_> = found
-        .flat_map(|of| of.differences.iter().map(move |it| (of, it)))
+        .flat_map(|found| found.differences.iter().map(move |it| (found, it)))
         .collect();
     let count = |finding| {
         all.iter()
-            .filter(|(_, of)| of.finding == Some(finding))
+            .filter(|(_, difference)| difference.finding == Some(finding))
             .count()
     };
     let [within, beyond] = [Finding::Equivalent, Finding::Different].map(count);
@@ -88,21 +88,21 @@ fn the_recorded_differences_are_those_of_their_rows_and_of_the_page() {
         all.len()
     );
     has(&said, [counts.as_str()]);
-    for (of, difference) in all {
+    for (found, difference) in all {
         let margin = difference.margin.expect("a margin");
         let digits = (1.0_f64 - margin.log10().floor()).max(0.0) as usize;
         let number = |value: f64| format!("{value:.digits$}").replace('-', "−");
         let it = difference.paired.difference;
         let [estimate, low, high] = [it.estimate, it.low, it.high].map(number);
         let interval = format!("| {estimate} ({low} to {high}) |");
-        let row = page
-            .lines()
-            .find(|line| line.starts_with(&format!("| {} |", of.name)) && line.contains(&interval));
+        let row = page.lines().find(|line| {
+            line.starts_with(&format!("| {} |", found.name)) && line.contains(&interval)
+        });
         assert_eq!(
             row.is_some(),
             difference.finding == Some(Finding::Different),
             "{} {interval}",
-            of.name
+            found.name
         );
     }
 }

@@ -57,19 +57,23 @@ fn compiled_of(source: &str, folder: &Path, name: &str, flags: &[String]) -> Pat
 fn judged(reference: &Reference, program: PathBuf) -> Judgement {
     let options = Options::new(program);
     let engine = ExternalEngine::ask(options).expect("a description");
-    let of = from_bed(reference, &engine, &mut |_| ());
-    of.unwrap_or_else(|error| panic!("{}: {error}", engine.options.program.display()))
+    let judgement = from_bed(reference, &engine, &mut |_| ());
+    judgement.unwrap_or_else(|error| panic!("{}: {error}", engine.options.program.display()))
 }
 
 /// Whether the diagnosis names the cause: a constant with its factor to a part in 10⁹, or words of its own.
-fn is_named(of: &Judgement, cause: &str, factor: Option<f64>) -> bool {
-    let said: String = of.causes.iter().map(|of| of.sentence()).collect();
-    let larger = factor.map(|of| of - 1.0);
+fn is_named(judgement: &Judgement, cause: &str, factor: Option<f64>) -> bool {
+    let said: String = judgement
+        .causes
+        .iter()
+        .map(|cause| cause.sentence())
+        .collect();
+    let larger = factor.map(|factor| factor - 1.0);
     let found = |symbol: &str, larger: Option<f64>| {
-        let all = of.causes.iter().flat_map(|of| &of.constants);
-        let mut named = all.filter(|of| of.constant.symbol().starts_with(symbol));
+        let all = judgement.causes.iter().flat_map(|cause| &cause.constants);
+        let mut named = all.filter(|fitted| fitted.constant.symbol().starts_with(symbol));
         // Of several walls one.
-        named.any(|of| larger.is_none_or(|larger| (of.larger - larger).abs() <= 1.0e-9))
+        named.any(|fitted| larger.is_none_or(|larger| (fitted.larger - larger).abs() <= 1.0e-9))
     };
     let times = |symbols: &[&str]| symbols.iter().all(|symbol| found(symbol, larger));
     // The engine's faulty grain is the one in the middle of its table.
@@ -162,15 +166,17 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
         (Vec::new(), vec!["engine,is,judged,cause named".to_owned()]);
     for right in &corpus.right {
         let engine = compiled(folder, &right.name, &right.compile);
-        let of = judged(&reference, engine);
-        let (name, verdict) = (&right.name, of.verdict());
-        let farthest = of.farthest().and_then(|of| of.farthest.as_ref());
-        let ratio = farthest.map_or(0.0, |of| of.ratio);
-        let (word, precision) = (verdict.in_words(), of.resolution.name());
+        let judgement = judged(&reference, engine);
+        let (name, verdict) = (&right.name, judgement.verdict());
+        let farthest = judgement
+            .farthest()
+            .and_then(|start| start.farthest.as_ref());
+        let ratio = farthest.map_or(0.0, |state| state.ratio);
+        let (word, precision) = (verdict.in_words(), judgement.resolution.name());
         println!("{name:24} {word}, {precision}, {ratio:.2}");
         rows.push(format!("{name},right,{word},"));
         // In single precision a limit of detection may be too large to agree.
-        let is_open = verdict == Verdict::Undecided && !of.resolution.is_double();
+        let is_open = verdict == Verdict::Undecided && !judgement.resolution.is_double();
         let agreed = is_open || [Verdict::Identical, Verdict::EqualToRounding].contains(&verdict);
         if !agreed || !precision.starts_with(&right.precision) {
             false_alarms.push(name);
@@ -186,14 +192,18 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
         let Wrong { name, fault, .. } = wrong;
         let engine = plain.display();
         let script = format!("#!/bin/sh\nFAULT='{fault}' exec '{engine}' \"$@\"\n");
-        let of = judged(&reference, program(folder, format!("{name}.sh"), &script));
-        let said: Vec<String> = of.causes.iter().map(|of| of.sentence()).collect();
-        let (word, said) = (of.verdict().in_words(), said.join(" "));
+        let judgement = judged(&reference, program(folder, format!("{name}.sh"), &script));
+        let said: Vec<String> = judgement
+            .causes
+            .iter()
+            .map(|cause| cause.sentence())
+            .collect();
+        let (word, said) = (judgement.verdict().in_words(), said.join(" "));
         println!("{name:24} {word}: {said}");
-        if of.verdict() != Verdict::Different {
+        if judgement.verdict() != Verdict::Different {
             missed.push(name);
         }
-        let named = is_named(&of, &wrong.cause, wrong.factor);
+        let named = is_named(&judgement, &wrong.cause, wrong.factor);
         let yes = if named { "yes" } else { "no" };
         rows.push(format!("{name},wrong,{word},{yes}"));
         if !named {
@@ -224,7 +234,7 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
     let kept = judged(&text_of(kept));
     let other: Vec<String> = judged(&found)
         .into_iter()
-        .filter(|of| !kept.contains(of))
+        .filter(|row| !kept.contains(row))
         .collect();
     assert!(other.is_empty(), "judged otherwise than kept: {other:?}");
 }
@@ -269,11 +279,11 @@ fn right_engines_of_spheres_are_equal_to_rounding_and_wrong_ones_are_not() {
             );
             made = program(folder, format!("{}.sh", engine.name), &script);
         }
-        let of = judged(&reference, made);
-        let word = of.verdict().in_words();
+        let judgement = judged(&reference, made);
+        let word = judgement.verdict().in_words();
         println!("{:24} {word}", engine.name);
         rows.push(format!("{},right,{word},", engine.name));
-        if ![Verdict::Identical, Verdict::EqualToRounding].contains(&of.verdict()) {
+        if ![Verdict::Identical, Verdict::EqualToRounding].contains(&judgement.verdict()) {
             alarms.push(&engine.name);
         }
     }
@@ -285,11 +295,18 @@ fn right_engines_of_spheres_are_equal_to_rounding_and_wrong_ones_are_not() {
         let options = Options::new(program(folder, format!("{name}.sh"), &script));
         let engine_of = ExternalEngine::ask(options).expect("a description");
         let (word, said) = match from_bed(&reference, &engine_of, &mut |_| ()) {
-            Ok(of) => {
-                let said: Vec<String> = of.causes.iter().map(|of| of.sentence()).collect();
-                let tables = of.starts.iter().filter_map(|of| of.tables.clone());
+            Ok(judgement) => {
+                let said: Vec<String> = judgement
+                    .causes
+                    .iter()
+                    .map(|cause| cause.sentence())
+                    .collect();
+                let tables = judgement
+                    .starts
+                    .iter()
+                    .filter_map(|start| start.tables.clone());
                 let said: Vec<String> = said.into_iter().chain(tables).collect();
-                (of.verdict().in_words().to_owned(), said.join(" "))
+                (judgement.verdict().in_words().to_owned(), said.join(" "))
             }
             // Such as numbers that are none.
             Err(error) => ("failed".to_owned(), error.to_string()),
@@ -370,19 +387,19 @@ fn sentence(said: &str, words: &str) -> String {
             .flat_map(str::lines)
             .map(str::trim)
     };
-    let of = sentences().find(|of| !words.is_empty() && of.contains(words));
-    let of = of
-        .or_else(|| sentences().find(|of| !of.is_empty()))
+    let sentence = sentences().find(|sentence| !words.is_empty() && sentence.contains(words));
+    let sentence = sentence
+        .or_else(|| sentences().find(|sentence| !sentence.is_empty()))
         .unwrap_or_default();
-    match of.char_indices().nth(240) {
+    match sentence.char_indices().nth(240) {
         Some((end, _)) => {
-            of[..end]
+            sentence[..end]
                 .rsplit_once(' ')
-                .map_or(of, |(of, _)| of)
+                .map_or(sentence, |(sentence, _)| sentence)
                 .to_owned()
                 + " …"
         }
-        None => of.to_owned(),
+        None => sentence.to_owned(),
     }
 }
 
@@ -392,7 +409,10 @@ fn sentence(said: &str, words: &str) -> String {
 #[test]
 fn faults_that_real_codes_had_are_found() {
     let museum: Museum = serde_json::from_value(json_of(here("museum.json"))).expect("a museum");
-    assert_eq!(museum.faults.iter().map(|of| of.number).max(), Some(26));
+    assert_eq!(
+        museum.faults.iter().map(|fault| fault.number).max(),
+        Some(26)
+    );
     let folder = &new_folder();
     let in_space = verdict::spheres::reference().expect("a bed");
     let planar = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
@@ -404,19 +424,23 @@ fn faults_that_real_codes_had_are_found() {
     record
         .write_record(["number", "seconds", "says"])
         .expect("memory");
-    let mut write = |of: &FaultOfACode, seconds: f64, said: &str| {
-        let number = format!("{}{}", of.number, of.part.as_deref().unwrap_or_default());
-        let words = Some(of.named.as_str()).filter(|of| !of.is_empty());
-        let words = words.or(of.partly.as_deref()).unwrap_or_default();
+    let mut write = |fault: &FaultOfACode, seconds: f64, said: &str| {
+        let number = format!(
+            "{}{}",
+            fault.number,
+            fault.part.as_deref().unwrap_or_default()
+        );
+        let words = Some(fault.named.as_str()).filter(|words| !words.is_empty());
+        let words = words.or(fault.partly.as_deref()).unwrap_or_default();
         let row = [number, format!("{seconds:.1}"), sentence(said, words)];
         record.write_record(row).expect("memory");
     };
-    let is_asked = |of: &&FaultOfACode| {
-        of.command.as_deref() == Some("engine check") && of.found == "different"
+    let is_asked = |fault: &&FaultOfACode| {
+        fault.command.as_deref() == Some("engine check") && fault.found == "different"
     };
     let (mut missed, mut unnamed) = (Vec::new(), Vec::new());
-    for of in museum.faults.iter().filter(is_asked).step_by(every) {
-        let (fault, plain) = (of.switch.as_ref().expect("a switch"), plain.display());
+    for entry in museum.faults.iter().filter(is_asked).step_by(every) {
+        let (fault, plain) = (entry.switch.as_ref().expect("a switch"), plain.display());
         let script = format!("#!/bin/sh\nFAULT='{fault}' exec '{plain}' \"$@\"\n");
         let options = Options::new(program(folder, format!("{fault}.sh"), &script));
         let begun = Instant::now();
@@ -431,24 +455,27 @@ fn faults_that_real_codes_had_are_found() {
             Ok(_) => String::new(),
             Err(error) => format!("it failed: {error}"),
         };
-        println!("{} {}: {said}", of.number, of.code);
+        println!("{} {}: {said}", entry.number, entry.code);
         if !said.is_empty() {
-            write(of, begun.elapsed().as_secs_f64(), &said);
+            write(entry, begun.elapsed().as_secs_f64(), &said);
         }
         if said.is_empty() {
             missed.push(fault);
-        } else if !said.contains(&of.named) {
+        } else if !said.contains(&entry.named) {
             unnamed.push(fault);
         }
     }
     println!("not in first steps: {missed:?}; not named: {unnamed:?}");
     if keep {
         // What other commands find.
-        let others = museum.faults.iter().filter(|of| {
-            !is_asked(of) || missed.iter().any(|fault| of.switch.as_ref() == Some(fault))
+        let others = museum.faults.iter().filter(|fault| {
+            !is_asked(fault)
+                || missed
+                    .iter()
+                    .any(|switch| fault.switch.as_ref() == Some(switch))
         });
-        for of in others {
-            let (Some(command), Some(fault)) = (&of.command, &of.switch) else {
+        for entry in others {
+            let (Some(command), Some(fault)) = (&entry.command, &entry.switch) else {
                 continue;
             };
             let path = folder.join(format!("{fault}.sh"));
@@ -464,12 +491,12 @@ fn faults_that_real_codes_had_are_found() {
                 });
             let begun = Instant::now();
             let (code, said, _) = say(folder, &format!("{verb} exec:{}{more}", path.display()));
-            println!("{} {}, {command}, {code}: {said}", of.number, of.code);
+            println!("{} {}, {command}, {code}: {said}", entry.number, entry.code);
             let last = said
                 .lines()
                 .find_map(|line| line.strip_prefix("DIFFERENT: "));
             if let Some(last) = last {
-                write(of, begun.elapsed().as_secs_f64(), last);
+                write(entry, begun.elapsed().as_secs_f64(), last);
             }
         }
         let text = record.into_inner().expect("memory");

@@ -71,7 +71,11 @@ fn checked(folder: &Path, computed: Rules, declared: Rules, name: &str) -> (i32,
 fn has_choice(list: &Value, choice: Choice) -> bool {
     let name = choice.name();
     let mut sentences = list.as_array().into_iter().flatten();
-    sentences.any(|of| of.as_str().is_some_and(|of| of.contains(&name)))
+    sentences.any(|sentence| {
+        sentence
+            .as_str()
+            .is_some_and(|sentence| sentence.contains(&name))
+    })
 }
 
 fn row(folder: &Path, number: u64, states: &[State]) -> [String; 6] {
@@ -90,7 +94,7 @@ fn row(folder: &Path, number: u64, states: &[State]) -> [String; 6] {
     let steps = &found["first_steps"];
     let causes = steps["causes"].as_array().into_iter().flatten();
     let of_causes: Vec<&Value> = causes.collect();
-    let named = |key: &str| of_causes.iter().any(|of| has_choice(&of[key], wrong));
+    let named = |key: &str| of_causes.iter().any(|cause| has_choice(&cause[key], wrong));
     let said = match other {
         0 if has_choice(&steps["unseen"], wrong) => "not told apart",
         0 => "agreed silently",
@@ -136,7 +140,7 @@ fn declared_rules_are_judged_by_and_one_declared_wrongly_is_named() {
     let head = "combination,declared,judged,computed instead,judged then,cause".to_owned();
     let rows = [head]
         .into_iter()
-        .chain(found.iter().map(|of| of.join(",")));
+        .chain(found.iter().map(|row| row.join(",")));
     let table = rows.collect::<Vec<_>>().join("\n") + "\n";
     if keep {
         fs::write(root("reference_data/rules-1.csv"), table).expect("writable");

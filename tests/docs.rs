@@ -89,8 +89,8 @@ fn pages_in(folder: &str) -> Vec<String> {
 
 /// As `wc -w` counts.
 fn words(pages: &[String]) -> usize {
-    let of = |page: &String| text(page).split_whitespace().count();
-    pages.iter().map(of).sum()
+    let count = |page: &String| text(page).split_whitespace().count();
+    pages.iter().map(count).sum()
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn anchors(text: &str) -> Vec<String> {
     let headings = text.lines().filter(|line| line.starts_with('#'));
     let anchor = |heading: &str| {
         let kept = heading.trim_start_matches('#').trim().chars();
-        let kept = kept.filter(|of| of.is_alphanumeric() || " -_".contains(*of));
+        let kept = kept.filter(|letter| letter.is_alphanumeric() || " -_".contains(*letter));
         kept.collect::<String>().to_lowercase().replace(' ', "-")
     };
     headings.map(anchor).collect()
@@ -163,7 +163,11 @@ fn broken(page: &str, text: &str) -> Vec<String> {
             "" => root(page),
             _ => folder.join(path),
         };
-        let found = || anchors(&text_of(&there)).iter().any(|of| of == anchor);
+        let found = || {
+            anchors(&text_of(&there))
+                .iter()
+                .any(|heading| heading == anchor)
+        };
         there.exists() && (anchor.is_empty() || found())
     };
     let links = links(text).into_iter();
@@ -180,13 +184,15 @@ fn the_paper_has_its_references_and_pictures() {
     let entries = entries.filter_map(|line| line.strip_prefix('@')?.split_once('{'));
     let listed: BTreeSet<&str> = entries.map(|(_, key)| key.trim_end_matches(',')).collect();
     // In square brackets or in the running text, as pandoc reads them.
-    let other = |of: char| !of.is_ascii_alphanumeric();
+    let other = |letter: char| !letter.is_ascii_alphanumeric();
     let rests = paper.split('@').skip(1);
-    let cited: BTreeSet<&str> = rests.filter_map(|of| of.split(other).next()).collect();
+    let cited: BTreeSet<&str> = rests.filter_map(|rest| rest.split(other).next()).collect();
     assert!(cited.len() > 3, "{cited:?}");
     assert_eq!(cited, listed);
     assert_eq!(bibliography.matches("doi = {10.").count(), listed.len());
-    let pictures = links(&paper).into_iter().filter(|of| of.ends_with(".png"));
+    let pictures = links(&paper)
+        .into_iter()
+        .filter(|link| link.ends_with(".png"));
     let pictures: Vec<String> = pictures.collect();
     assert_eq!(pictures.len(), paper.matches("![").count());
     let script = text("paper/make_figures");
@@ -201,7 +207,7 @@ fn the_paper_has_its_references_and_pictures() {
 fn named_documents(text: &str) -> Vec<String> {
     let rests = text.match_indices("docs/").map(|(at, _)| &text[at..]);
     let name = |rest: &str| -> String {
-        let is_of_it = |of: &char| of.is_ascii_alphanumeric() || "/-_.".contains(*of);
+        let is_of_it = |letter: &char| letter.is_ascii_alphanumeric() || "/-_.".contains(*letter);
         rest.chars().take_while(is_of_it).collect()
     };
     let names = rests.map(|rest| name(rest).trim_end_matches('.').to_owned());
@@ -233,7 +239,7 @@ fn documents_that_the_project_names_exist() {
     }
     let ends = ["rs", "py", "md", "yml"];
     let end = |file: &PathBuf| file.extension().unwrap_or_default().to_owned();
-    files.retain(|file| ends.iter().any(|of| end(file) == *of));
+    files.retain(|file| ends.iter().any(|ending| end(file) == *ending));
     files.retain(|file| !file.ends_with("tests/docs.rs"));
     assert!(files.len() > 200, "{}", files.len());
     for file in files {
@@ -252,8 +258,8 @@ fn command_of(line: &str) -> Printed {
     let said = line
         .rsplit_once("# exit code ")
         .map_or("0", |(_, code)| code);
-    let code = said.split(|of: char| !of.is_ascii_digit()).next();
-    let code = code.and_then(|of| of.parse().ok()).expect("a number");
+    let code = said.split(|letter: char| !letter.is_ascii_digit()).next();
+    let code = code.and_then(|code| code.parse().ok()).expect("a number");
     let command = line.split(" # ").next().unwrap_or(line).trim();
     (command.to_owned(), code, Vec::new())
 }
@@ -296,7 +302,7 @@ fn printed(page: &str, text: &str) -> Vec<Printed> {
 /// Whether the lines stand in the output in this order, with anything between them and anything for each `…`.
 fn shown(output: &str, lines: &[String]) -> Result<(), String> {
     let mut rest = output.lines();
-    let squeeze = |of: &str| of.split_whitespace().collect::<Vec<_>>().join(" ");
+    let squeeze = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
     for line in lines.iter().filter(|line| line.trim() != "…") {
         let pattern = squeeze(line);
         let fits = |found: &str| {
@@ -338,11 +344,15 @@ fn commands_do_what_is_printed(page: &str) {
 fn what_is_run_elsewhere_is_run_there() {
     let mut commands = Vec::new();
     for page in PAGES {
-        commands.extend(printed(page, &text(page)).into_iter().map(|of| of.0));
+        commands.extend(
+            printed(page, &text(page))
+                .into_iter()
+                .map(|printed| printed.0),
+        );
     }
     for [begins, why, file, line] in rows(ELSEWHERE) {
         assert!(!why.is_empty());
-        let stands = commands.iter().any(|of| of.starts_with(begins));
+        let stands = commands.iter().any(|command| command.starts_with(begins));
         assert!(stands, "no page has {begins}");
         assert!(text(file).contains(line), "{file} lacks {line}");
     }
@@ -351,14 +361,14 @@ fn what_is_run_elsewhere_is_run_there() {
 /// The commands in the running text, `crossgrain verb … --flag`, where places hold words for what is to be put there.
 fn named_commands(text: &str) -> Vec<String> {
     let spans = text.split('`').skip(1).step_by(2);
-    let commands = spans.filter(|of| of.starts_with("crossgrain "));
-    commands.map(|of| of.replace('\n', " ")).collect()
+    let commands = spans.filter(|span| span.starts_with("crossgrain "));
+    commands.map(|command| command.replace('\n', " ")).collect()
 }
 
 /// The words of a command that its help does not know.
 fn unknown<'a>(command: &'a str, helps: &mut BTreeMap<String, Option<String>>) -> Vec<&'a str> {
     let words: Vec<&str> = command.split_whitespace().skip(1).collect();
-    let is_verb = |of: &&&str| of.chars().all(|of| of.is_ascii_lowercase());
+    let is_verb = |word: &&&str| word.chars().all(|letter| letter.is_ascii_lowercase());
     let verbs: Vec<&str> = words.iter().take_while(is_verb).copied().collect();
     let mut help_of = |verbs: &[&str]| {
         let asked = verbs.join(" ") + " --help";
@@ -368,17 +378,19 @@ fn unknown<'a>(command: &'a str, helps: &mut BTreeMap<String, Option<String>>) -
         });
         help.clone()
     };
-    let found = (1..=verbs.len()).rev().find_map(|of| help_of(&verbs[..of]));
+    let found = (1..=verbs.len())
+        .rev()
+        .find_map(|count| help_of(&verbs[..count]));
     let Some(help) = found else { return verbs };
-    let bare = |of: &&'a str| of.trim_matches(|of: char| "[]|\\,".contains(of));
+    let bare = |word: &&'a str| word.trim_matches(|letter: char| "[]|\\,".contains(letter));
     let flags = words.iter().map(bare);
-    let flags = flags.filter(|of| of.starts_with("--") && of.len() > 2);
-    let known = |of: &&str| {
+    let flags = flags.filter(|flag| flag.starts_with("--") && flag.len() > 2);
+    let known = |flag: &&str| {
         [" ", "\n"]
             .iter()
-            .any(|end| help.contains(&format!("{of}{end}")))
+            .any(|end| help.contains(&format!("{flag}{end}")))
     };
-    flags.filter(|of| !known(of)).collect()
+    flags.filter(|flag| !known(flag)).collect()
 }
 
 #[test]
@@ -403,19 +415,25 @@ fn a_page_that_says_something_else_is_noticed() {
     let page =
         "```sh\n# words\na b \\\n  c # exit code 3: no\n```\n\n```console\n$ d\nx … z\n```\n";
     let commands = printed("a page", page);
-    let of = |command: &str, code, shows: &[&str]| {
+    let printed_as = |command: &str, code, shows: &[&str]| {
         let shows = shows.iter().map(ToString::to_string).collect();
         (command.to_owned(), code, shows)
     };
-    assert_eq!(commands, [of("a b   c", 3, &[]), of("d", 0, &["x … z"])]);
-    let lines = |of: &[&str]| of.iter().map(ToString::to_string).collect::<Vec<_>>();
+    assert_eq!(
+        commands,
+        [
+            printed_as("a b   c", 3, &[]),
+            printed_as("d", 0, &["x … z"])
+        ]
+    );
+    let lines = |lines: &[&str]| lines.iter().map(ToString::to_string).collect::<Vec<_>>();
     let output = "one\n  x y   z\nlast";
-    for (of, missing) in [
+    for (wanted, missing) in [
         (&["one", "…", "x … z", "last"][..], None),
         (&["last", "one"], Some("one")),
         (&["x … q"], Some("x … q")),
         (&["y z"], Some("y z")),
     ] {
-        assert_eq!(shown(output, &lines(of)).err().as_deref(), missing);
+        assert_eq!(shown(output, &lines(wanted)).err().as_deref(), missing);
     }
 }

@@ -50,7 +50,7 @@ fn every_file_of_the_adapters_is_placed() {
     let engine = Adapter::TOY.place(folder, &usual_limits());
     let engine = engine.expect("needs a Python alone");
     assert_eq!(engine.description.name, "toy");
-    let engines = Adapter::ALL.map(|of| format!("{}.py", of.key));
+    let engines = Adapter::ALL.map(|adapter| format!("{}.py", adapter.key));
     for name in there(&adapter_path("")) {
         if name.ends_with(".py") && !engines.contains(&name) {
             let here = text_of(adapter_path(&name));
@@ -63,7 +63,10 @@ fn every_file_of_the_adapters_is_placed() {
 #[cfg_attr(not(feature = "live"), ignore = "needs Debian's engines")]
 fn every_adapter_is_placed_and_describes_itself() {
     // Kratos DEM is no Debian package; its own test has it.
-    for adapter in Adapter::ALL.into_iter().filter(|of| *of != Adapter::KRATOS) {
+    for adapter in Adapter::ALL
+        .into_iter()
+        .filter(|adapter| *adapter != Adapter::KRATOS)
+    {
         let folder = &new_folder();
         let engine = adapter.place(folder, &usual_limits()).expect("here");
         assert_eq!(engine.description.name, adapter.name);
@@ -148,7 +151,7 @@ fn under_the_punch_both_are_native_up_to_rounding() {
     bed.punch = Some(first_contact_punch(&scene, &bed.bodies));
     for name in ADAPTERS {
         let [native, theirs] = alike_up_to_rounding(&bed, name);
-        let force = |of: &[Snapshot]| of[3].punch.map_or(0.0, |punch| punch.force);
+        let force = |moments: &[Snapshot]| moments[3].punch.map_or(0.0, |punch| punch.force);
         let (own, their) = (force(&native), force(&theirs));
         assert!(own > 0.0, "the punch presses on nothing");
         assert!((their / own - 1.0).abs() < 1.0e-6, "{name}: {their} N");
@@ -205,7 +208,7 @@ fn native_friction() -> Vec<f64> {
         tan_squared: 1.0e12,
         ..ContactRules::new(&law, dt)
     };
-    let of = Parameters {
+    let parameters = Parameters {
         k_n: 1.0,
         k_s: 1.0,
         c_n: 0.0,
@@ -218,7 +221,7 @@ fn native_friction() -> Vec<f64> {
         ..still
     };
     let act = |touch: &Touch, motion: &Motion, memory: &mut Memory| {
-        let action = rules.act(touch, &of, &still, motion, memory);
+        let action = rules.act(touch, &parameters, &still, motion, memory);
         let [nx, nz] = touch.normal;
         let tangential = action.force[1] * nx - action.force[0] * nz;
         (tangential, action.torques[1])

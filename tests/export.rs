@@ -42,7 +42,11 @@ fn vtk_files_hold_every_digit_of_the_run() {
         let counts = format!("NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\"");
         has(&grains, [&counts]);
         let contacts = read(&format!("{prefix}contacts.vtp"));
-        let forces: Vec<f64> = moment.contacts.iter().map(|of| of.normal_force).collect();
+        let forces: Vec<f64> = moment
+            .contacts
+            .iter()
+            .map(|contact| contact.normal_force)
+            .collect();
         assert_eq!(array::<f64>(&contacts, "normal_force"), forces);
         assert_eq!(array::<usize>(&contacts, "offsets").len(), forces.len());
         // The cells tile the box up to the highest grain.
@@ -80,7 +84,7 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     let value: Value = serde_json::from_str(&text).expect("JSON");
     let graph = value["@graph"].as_array().expect("a graph");
     let entity = |id: &str| {
-        let found = graph.iter().find(|of| of["@id"] == id);
+        let found = graph.iter().find(|entity| entity["@id"] == id);
         found.unwrap_or_else(|| panic!("no {id}"))
     };
     for part in entity("./")["hasPart"].as_array().expect("parts") {

@@ -23,26 +23,27 @@ fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
 /// How many places of a drawing's marks are in a part of it, given in shares of its width and height.
 fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
     let numbers = |text: &str| -> Vec<f64> {
-        let words = text.split(|of: char| !(of.is_ascii_digit() || of == '.' || of == '-'));
+        let words =
+            text.split(|letter: char| !(letter.is_ascii_digit() || letter == '.' || letter == '-'));
         words.filter_map(|word| word.parse().ok()).collect()
     };
     let (_, frame) = svg.split_once("viewBox=\"").expect("a frame");
     let frame = numbers(frame.split('"').next().expect("numbers"));
-    let across = [left, right].map(|of| frame[0] + of * frame[2]);
-    let upwards = [top, bottom].map(|of| frame[1] + of * frame[3]);
+    let across = [left, right].map(|share| frame[0] + share * frame[2]);
+    let upwards = [top, bottom].map(|share| frame[1] + share * frame[3]);
     // Absolute places of paths and of circles; what is relative to them follows a letter.
     let paths = svg.split(" d=\"").skip(1);
-    let paths = paths.flat_map(|of| of.split('"').next());
+    let paths = paths.flat_map(|path| path.split('"').next());
     let of_paths = paths.flat_map(|path| {
         let words = path.split(['M', 'L', ' ', 'Z']);
-        let numbers: Vec<f64> = words.filter_map(|of| of.parse().ok()).collect();
+        let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
         let pairs = numbers.chunks_exact(2).map(|two| [two[0], two[1]]);
         pairs.collect::<Vec<_>>()
     });
     let first = |begins: &'static str, ends: &'static str| {
-        svg.split(begins).skip(1).map(move |of| {
-            let of = numbers(of.split(ends).next().expect("a place"));
-            [of[0], of[1]]
+        svg.split(begins).skip(1).map(move |rest| {
+            let place = numbers(rest.split(ends).next().expect("a place"));
+            [place[0], place[1]]
         })
     };
     let all = of_paths.chain(first("<circle ", "r="));
@@ -167,22 +168,25 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     let campaign = merged(&at.join("dozen")).expect("a merged campaign");
     let all = distributions(&campaign).expect("values");
     assert_eq!(all.len(), 3);
-    for of in &all {
-        assert_eq!(of.values.len() + of.zeros, 12);
-        let bearing = of.values.len();
-        let drawn = rows(&drawn, &format!("figure-5-{}.csv", of.point.to_lowercase()));
+    for distribution in &all {
+        assert_eq!(distribution.values.len() + distribution.zeros, 12);
+        let bearing = distribution.values.len();
+        let drawn = rows(
+            &drawn,
+            &format!("figure-5-{}.csv", distribution.point.to_lowercase()),
+        );
         let series = |name: &'static str| drawn.iter().filter(move |row| row["series"] == name);
         let mut counted = 0;
         for row in series("realizations, 95 %") {
             let (from, to) = (number(row, "Σ_zz (J)"), number(row, "to"));
             let inside = |value: &&f64| (from..to).contains(*value);
-            let inside = of.values.iter().filter(inside).count();
+            let inside = distribution.values.iter().filter(inside).count();
             let found = number(row, "probability density (1/J)") * (to - from) * bearing as f64;
             assert!((found - inside as f64).abs() < 1e-6, "{row:?}");
             counted += inside;
         }
         assert!(counted + 1 >= bearing, "{counted}");
-        let mean = of.theory.expect("a theory");
+        let mean = distribution.theory.expect("a theory");
         let mut points = 0;
         for row in series("theory's exponential") {
             let wanted = (-number(row, "Σ_zz (J)") / mean).exp() / mean;

@@ -13,8 +13,8 @@ use crate::support::*;
 
 fn places(bytes: &[u8]) -> BTreeSet<usize> {
     let one = |is: fn(&u8) -> bool| bytes.iter().rposition(is);
-    let line_end = bytes.iter().position(|of| *of == b'\n');
-    let separator = one(|of| b",: ".contains(of));
+    let line_end = bytes.iter().position(|byte| *byte == b'\n');
+    let separator = one(|byte| b",: ".contains(byte));
     let (length, digit) = (bytes.len(), one(u8::is_ascii_digit));
     let found = [digit, separator, line_end].into_iter().flatten();
     let spread = (0..8).map(|part| length * part / 8).chain([length - 1]);
@@ -95,7 +95,7 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
     ];
     for (name, read) in readers {
         let error = || read().err();
-        let told = || error().map(|of| (of.to_string(), of.exit_code()));
+        let told = || error().map(|error| (error.to_string(), error.exit_code()));
         every_flip_is_found(&folder.join(name), 2, told);
     }
     // Its row is made again, so it is no error: `campaign::damaged`.

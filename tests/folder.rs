@@ -47,7 +47,9 @@ fn a_folder_of_grains_that_rotate_reads_back_to_the_same_bits() {
     let columns = "id,x,z,vx,vz,radius,mass,spin,inertia";
     has_columns(&path, "initial bodies settled-bodies", columns);
     // Another spin at the end is another state.
-    change(&path.join("bodies.csv"), |of| with_cell(of, 9, 7, "0.125"));
+    change(&path.join("bodies.csv"), |text| {
+        with_cell(text, 9, 7, "0.125")
+    });
     let error = RunFolder::read(&path).expect_err("another spin");
     has(&error.to_string(), ["another state"]);
 }
@@ -102,7 +104,7 @@ pub fn put(path: &Path, bytes: impl AsRef<[u8]>) {
 }
 
 fn with_cell(text: &str, row: usize, column: usize, cell: &str) -> String {
-    let mut rows: Vec<Vec<&str>> = text.lines().map(|of| of.split(',').collect()).collect();
+    let mut rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     rows[row][column] = cell;
     rows.iter().map(|row| row.join(",") + "\n").collect()
 }
@@ -129,35 +131,39 @@ fn unsound_folders_are_refused_with_exit_2() {
         is_refused(message, &|bad| change(&bad.join(file), how));
     };
     let bodies = |message: &str, how| changed("bodies.csv", message, how);
-    bodies("bodies.csv", |of| of[..of.len() - 9].to_owned());
-    bodies("has 297 grains, the scene 300", |of| without_last(of, 3));
+    bodies("bodies.csv", |text| text[..text.len() - 9].to_owned());
+    bodies("has 297 grains, the scene 300", |text| {
+        without_last(text, 3)
+    });
     bodies("bodies.csv", |_| String::new());
-    bodies("x = NaN, which must be finite", |of| {
-        with_cell(of, 5, 1, "NaN")
+    bodies("x = NaN, which must be finite", |text| {
+        with_cell(text, 5, 1, "NaN")
     });
     let masses = "other radii, masses or moments of inertia than initial.csv";
-    bodies(masses, |of| with_cell(of, 9, 6, "7.0"));
-    changed("contacts.csv", "id2 = 100000", |of| {
-        format!("{of}303,100000,1e-6,1,0,1,0,0.1,0.1\n")
+    bodies(masses, |text| with_cell(text, 9, 6, "7.0"));
+    changed("contacts.csv", "id2 = 100000", |text| {
+        format!("{text}303,100000,1e-6,1,0,1,0,0.1,0.1\n")
     });
-    changed("contacts.csv", "second body is no grain", |of| {
-        format!("{of}303,302,1e-6,1,0,1,0,0.1,0.1\n")
+    changed("contacts.csv", "second body is no grain", |text| {
+        format!("{text}303,302,1e-6,1,0,1,0,0.1,0.1\n")
     });
     let history = |message: &str, how| changed("history.csv", message, how);
-    history("has not the moments of the stages", |of| {
-        without_last(of, 1)
+    history("has not the moments of the stages", |text| {
+        without_last(text, 1)
     });
-    history("not finite at settle 250", |of| with_cell(of, 2, 3, "NaN"));
+    history("not finite at settle 250", |text| {
+        with_cell(text, 2, 3, "NaN")
+    });
     let record = |message: &str, how| changed("run.json", message, how);
     record("run.json", |_| "{".to_owned());
-    record("version 99", |of| {
-        of.replacen("\"version\": 4", "\"version\": 99", 1)
+    record("version 99", |text| {
+        text.replacen("\"version\": 4", "\"version\": 99", 1)
     });
-    record("moments of history", |of| {
-        of.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2)
+    record("moments of history", |text| {
+        text.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2)
     });
-    changed("scene.json", "not the scene of run.json", |of| {
-        of.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1)
+    changed("scene.json", "not the scene of run.json", |text| {
+        text.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1)
     });
     let gone = |bad: &Path| fs::remove_dir_all(bad).expect("a folder");
     is_refused("there is no such folder", &gone);

@@ -79,7 +79,12 @@ fn it_is_judged_checked_and_verified() {
         assert_eq!(first.verdict(), verdict);
         let checked = conformance(&engine, &beds, &mut |_| ()).expect("an engine");
         assert_eq!(checked.verdict(), verdict);
-        assert!(checked.checks.iter().any(|of| of.id == "engine/again"));
+        assert!(
+            checked
+                .checks
+                .iter()
+                .any(|check| check.id == "engine/again")
+        );
         let display = Display::new(true);
         let verified = verify_in(&engine, &beds, "a test", &display).expect("an engine");
         assert_eq!(verified.verdict(), outcome, "{}", verified.tally);

@@ -120,7 +120,8 @@ fn a_study_goes_on_whichever_write_fails() {
     let at = &folder_with(&tiny_scene());
     let plan = "study plan campaign scene.json --members 2 --out";
     let results = ["rows.jsonl", "rows.csv", "merged.json", "report.json"];
-    let made = |of: &str| results.map(|name| fs::read(at.join(of).join(name)).expect("a result"));
+    let made =
+        |folder: &str| results.map(|name| fs::read(at.join(folder).join(name)).expect("a result"));
     ends(at, 0, &format!("{plan} sound"));
     ends(at, 0, "study run sound --threads 1 --quiet");
     for call in 1.. {
@@ -136,8 +137,8 @@ fn a_study_goes_on_whichever_write_fails() {
         ends(at, 0, run);
         assert!(made("c") == made("sound"), "call {call}");
         let hidden = there(&at.join("c")).into_iter();
-        let hidden = hidden.filter(|of| of.starts_with('.'));
-        let hidden: Vec<String> = hidden.filter(|of| !of.ends_with(".lock")).collect();
+        let hidden = hidden.filter(|name| name.starts_with('.'));
+        let hidden: Vec<String> = hidden.filter(|name| !name.ends_with(".lock")).collect();
         assert!(hidden.is_empty(), "call {call} left {hidden:?}");
         fs::remove_dir_all(at.join("c")).expect("removable");
     }
@@ -225,7 +226,7 @@ fn a_small_disk_and_one_that_is_read_only() {
     for line in said.lines().filter(|line| *line != "r") {
         let told = ["cro", "code", "rm: "]
             .iter()
-            .any(|of| line.starts_with(of));
+            .any(|beginning| line.starts_with(beginning));
         assert!(told, "left behind: {line}\n{said}");
     }
 }

@@ -40,7 +40,7 @@ fn every_reader_withstands_every_kept_input_within_its_memory() {
 fn every_seed_is_accepted() {
     for (target, name, input) in crate::readers::seeds::all() {
         let mut readers = READERS.into_iter();
-        let (_, read) = readers.find(|of| of.0 == target).expect("a reader");
+        let (_, read) = readers.find(|reader| reader.0 == target).expect("a reader");
         assert!(read(&input), "{target} refuses {name}");
     }
 }

@@ -50,9 +50,9 @@ fn grains_that_rub_have_spins_and_inertias_in_the_same_places() {
         scene.particles.dispersion = 0.2;
         let smooth = initial_bodies(&scene);
         assert!(smooth.spin.is_empty() && smooth.inertia.is_empty());
-        let with_spin = |scene: &mut Scene, of: f64| {
+        let with_spin = |scene: &mut Scene, speed: f64| {
             let Cloud::JitteredLattice { spin, .. } = &mut scene.cloud;
-            *spin = of;
+            *spin = speed;
         };
         with_spin(&mut scene, 7.0);
         assert_eq!(initial_bodies(&scene), smooth, "nothing turns them");

@@ -59,7 +59,7 @@ impl Change {
             }
             Change::Cut(at) => bytes.truncate(at.index(bytes.len())),
             Change::Line(at, twice) => {
-                let mut lines: Vec<&[u8]> = bytes.split_inclusive(|of| *of == b'\n').collect();
+                let mut lines: Vec<&[u8]> = bytes.split_inclusive(|byte| *byte == b'\n').collect();
                 let at = at.index(lines.len());
                 match twice {
                     true => lines.insert(at, lines[at]),
@@ -68,7 +68,7 @@ impl Change {
                 *bytes = lines.concat();
             }
             Change::Word(at, word) => {
-                let is_apart = |of: &u8| b",: \n[]{}".contains(of);
+                let is_apart = |byte: &u8| b",: \n[]{}".contains(byte);
                 let at = at.index(bytes.len());
                 let before = bytes[..at].iter().rposition(is_apart);
                 let begin = before.map_or(0, |before| before + 1);
@@ -134,7 +134,7 @@ proptest! {
         let path = &files[file.index(files.len())];
         let mut bytes = fs::read(path).expect("readable");
         changes.iter().for_each(|change| change.make(&mut bytes));
-        let name = path.file_name().and_then(|of| of.to_str()).expect("text");
+        let name = path.file_name().and_then(|name| name.to_str()).expect("text");
         // Whoever can write a folder can write what its files are said to be.
         let sums = place.join(folder).join("SHA256SUMS");
         if agrees && sums.exists() {

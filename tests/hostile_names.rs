@@ -42,7 +42,7 @@ fn named(folder: &Path, line: &str, names: &[&OsStr]) -> Output {
 pub fn harmless(place: &Path, output: &Output) -> (i32, String, String) {
     let (code, out, errors) = told(output);
     for text in [&out, &errors] {
-        let obeyed = |of: char| of.is_control() && of != '\n' && of != '\t';
+        let obeyed = |letter: char| letter.is_control() && letter != '\n' && letter != '\t';
         assert!(!text.contains(obeyed), "a terminal would obey {text:?}");
     }
     for path in below(place) {

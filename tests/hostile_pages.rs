@@ -45,7 +45,8 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
     assert_eq!(code, 3, "without YADE it is incomplete: {errors}");
     let read = |name: &str| text_of(folder.join(name));
     let page = read("o/report.html");
-    let [begin, end] = ["</style>", "<script nonce"].map(|of| page.rfind(of).expect("is there"));
+    let [begin, end] =
+        ["</style>", "<script nonce"].map(|mark| page.rfind(mark).expect("is there"));
     let body = &page[begin..end];
     no_markup("report.html", body);
     has(body, ["&lt;script&gt;alert(1)"]);

@@ -219,11 +219,11 @@ fn whatever_is_read_every_verb_ends_soon_with_a_sentence() {
 fn whatever_is_written_to_nothing_else_is_changed() {
     walk(&WRITTEN, |verb, kind| {
         let options = ["--junit", "--csv", "--summary"];
-        let is_named_file = options.iter().any(|of| verb.contains(of));
+        let is_named_file = options.iter().any(|option| verb.contains(option));
         let of_folder = ["figures", "reproduce", "bench", "baseline save"];
         match kind {
             "zeros" | "locked" | "holes" | "a\n\u{1b}[31mname" => is_named_file,
-            "folder" => of_folder.iter().any(|of| verb.contains(of)),
+            "folder" => of_folder.iter().any(|named| verb.contains(named)),
             _ => false,
         }
     });
@@ -315,7 +315,7 @@ impl Inside {
             let of_kind = |kind: &str| {
                 let mut codes = codes.words().into_iter();
                 let code = codes.next().expect("a code");
-                let own = codes.find_map(|of| of.strip_prefix(kind)?.strip_prefix('='));
+                let own = codes.find_map(|code| code.strip_prefix(kind)?.strip_prefix('='));
                 own.unwrap_or(code).parse().expect("a code")
             };
             for name in names.words() {
@@ -373,7 +373,12 @@ impl Inside {
                 .expect("made"),
             kind => make(kind, at),
         }
-        let arguments: Vec<String> = self.verb.words().iter().map(|&of| of.to_owned()).collect();
+        let arguments: Vec<String> = self
+            .verb
+            .words()
+            .iter()
+            .map(|&word| word.to_owned())
+            .collect();
         let (code, asked, said) = ended(&arguments, &place.join("inner"), Some(asked_after));
         let mut wrong = Vec::new();
         match code {
@@ -439,7 +444,7 @@ fn whatever_stands_inside_a_folder_every_verb_ends_soon_and_changes_nothing_outs
 #[test]
 fn whatever_stands_inside_a_folder_long_jobs_end_when_they_are_asked() {
     let mut cases = Inside::of_long_verbs();
-    cases.retain(|of| ["link out", "folder"].contains(&of.kind));
+    cases.retain(|case| ["link out", "folder"].contains(&case.kind));
     walk_inside(cases, Duration::from_secs(1));
 }
 

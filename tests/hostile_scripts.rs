@@ -42,7 +42,7 @@ fn job_scripts_hand_every_name_on_whole() {
         let stub = program(&tools, &name, STUB);
         let campaign = StudyFolder::<Campaign>::open(&folder).expect("a campaign");
         let scripts = || write(&folder, &campaign, 4, 3, None, &stub);
-        let control = |of: char| of.is_control();
+        let control = |letter: char| letter.is_control();
         if name.to_str().is_none_or(|name| name.contains(control)) {
             let refused = scripts().expect_err("no line of a shell holds it");
             has(&refused.to_string(), ["give it another name"]);

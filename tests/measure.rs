@@ -53,7 +53,7 @@ fn the_disc_of_figure_4_has_the_extensive_stress_of_table_3() {
     assert_approx_eq!(stress[(0, 2)], 0.0);
     // The same from the other side of each contact: body 1 and body 2 swapped.
     let swapped = contacts.map(|c| {
-        let normal = c.normal.map(|of| -of);
+        let normal = c.normal.map(|component| -component);
         contact(c.id2, c.id1, normal, c.normal_force, c.point)
     });
     let bed = bed_of(&bodies, &swapped);
@@ -71,7 +71,7 @@ fn square_packing(columns: u32, rows: u32) -> (Scene, Bodies, Vec<Contact>) {
     for row in 0..rows {
         for column in 0..columns {
             let id = row * columns + column;
-            let place = [column, row].map(|of| 0.005 + 0.01 * f64::from(of));
+            let place = [column, row].map(|count| 0.005 + 0.01 * f64::from(count));
             bodies.push(place, [0.0, 0.0], 0.005, scene.grain_mass(0.005));
             let above = f64::from(rows - row);
             let below = [place[0], place[1] - 0.005];
@@ -124,7 +124,7 @@ fn grains_of_equal_porosity_share_the_room_of_all_cells_by_their_areas() {
     assert_eq!(radical, cells::radical(&scene, &bodies));
     scene.measurement.cell = Cell::EqualPorosity;
     let equal = cells::of(&scene, &bodies);
-    let sum = |of: &cells::Cells| of.area.iter().sum::<f64>();
+    let sum = |cells: &cells::Cells| cells.area.iter().sum::<f64>();
     assert_approx_eq!(sum(&equal), sum(&radical), 1e-12);
     assert_approx_eq!(equal.area[1], 4.0 * equal.area[0], 1e-15);
     assert!(radical.area[1] < 4.0 * radical.area[0]);
@@ -225,7 +225,8 @@ fn a_bed_without_a_load_is_measured_as_poured() {
     let bed = bed_of(&bodies, &contacts);
     let moments = |settled: Option<Bed<'_>>| -> Vec<String> {
         let all = measure::all(&scene, settled, bed).into_iter();
-        let moments = all.map(|of| of.key.split('.').next().unwrap_or_default().to_owned());
+        let moments =
+            all.map(|measure| measure.key.split('.').next().unwrap_or_default().to_owned());
         let mut moments: Vec<String> = moments.collect();
         moments.dedup();
         moments

@@ -126,9 +126,9 @@ fn what_a_killed_program_left_is_removed_by_the_next_and_nothing_else_is() {
     };
     let litter = || {
         let all = below(folder).into_iter();
-        let all = all.filter(|of| {
-            of.file_name()
-                .is_some_and(|of| of.to_string_lossy().starts_with(".crossgrain.partial-"))
+        let all = all.filter(|path| {
+            path.file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with(".crossgrain.partial-"))
         });
         all.count()
     };

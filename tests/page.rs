@@ -57,11 +57,11 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
         let documents = documents.expect("documents");
         documents
             .iter()
-            .map(|(name, of)| page_against(name, of, None))
+            .map(|(name, document)| page_against(name, document, None))
             .collect()
     };
     let all = pages(&options.beside);
-    let names: Vec<&str> = all.iter().map(|of| of.name.as_str()).collect();
+    let names: Vec<&str> = all.iter().map(|page| page.name.as_str()).collect();
     let studies = ["claims", "candidates", "search", "stability", "tradeoff"];
     assert_eq!(names[..3], ["report", "measures", "paper"]);
     assert_eq!(names[3..], studies);
@@ -95,7 +95,7 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
     assert!(words <= MOST_WORDS, "{words} words");
     assert!(open.matches("<table").count() <= MOST_TABLES);
     // The paper's numbers are tables alone.
-    for page in all.iter().filter(|of| of.name != "paper") {
+    for page in all.iter().filter(|page| page.name != "paper") {
         each_figure_stands_once_and_has_numbers(page);
     }
     for page in &all[1..] {

@@ -24,8 +24,8 @@ fn the_integral_of_flamants_solution_is_the_closed_form() {
 #[test]
 fn what_is_misprinted_is_found_and_the_tables_agree() {
     let numbers = numbers();
-    let outcomes = |of: Outcome| -> Vec<&str> {
-        let some = numbers.iter().filter(|number| number.outcome == of);
+    let outcomes = |outcome: Outcome| -> Vec<&str> {
+        let some = numbers.iter().filter(|number| number.outcome == outcome);
         some.map(|number| number.id.as_str()).collect()
     };
     let misprinted = "piles/loads piles/moment-balance piles/twice-in-whole-units eq-3/as-printed/O eq-3/as-printed/A \
@@ -54,7 +54,7 @@ fn what_is_misprinted_is_found_and_the_tables_agree() {
 /// A recomputation that goes wrong is no expected failure, and what comes out as printed is none either.
 #[test]
 fn only_the_known_value_is_an_expected_failure() {
-    let of = |id: &str| {
+    let number_of = |id: &str| {
         let mut all = numbers().into_iter();
         all.find(|number| number.id == id).expect("a number")
     };
@@ -64,11 +64,11 @@ fn only_the_known_value_is_an_expected_failure() {
         (7726.0, Outcome::Fail),
         (f64::NAN, Outcome::Fail),
     ] {
-        let mut number = of("piles/loads");
+        let mut number = number_of("piles/loads");
         number.recomputed = recomputed;
         assert_eq!(number.judged().check().outcome, wanted, "{recomputed}");
     }
-    let mut number = of("table-4/stress/O");
+    let mut number = number_of("table-4/stress/O");
     number.recomputed += 100.0;
     assert_eq!(number.judged().outcome, Outcome::Fail);
 }
@@ -77,7 +77,7 @@ fn only_the_known_value_is_an_expected_failure() {
 #[test]
 fn the_table_of_printed_figures_is_used_up() {
     let numbers = numbers();
-    let ids: BTreeSet<&str> = numbers.iter().map(|of| of.id.as_str()).collect();
+    let ids: BTreeSet<&str> = numbers.iter().map(|number| number.id.as_str()).collect();
     assert_eq!(ids.len(), numbers.len());
     for figure in PRINTED {
         let used = ids.contains(figure.id) || figure.id == "load/pressure";

@@ -27,12 +27,14 @@ fn in_parts(scene: &Scene, engine: &dyn Engine, cuts: &[u64]) -> RunFolder {
 fn is_of_parts(run: &RunFolder, whole: &RunFolder, parts: usize) {
     let steps = |run: &RunFolder| -> Vec<(Stage, u64, StopReason)> {
         let stages = run.record.stages.iter();
-        stages.map(|of| (of.stage, of.steps, of.stop)).collect()
+        stages
+            .map(|stage| (stage.stage, stage.steps, stage.stop))
+            .collect()
     };
     assert_eq!(steps(run), steps(whole));
     assert_eq!(run.history, whole.history);
     assert_eq!(run.trace, whole.trace);
-    let bits = |of: &RunFolder| (of.last.bodies.digest(), of.initial.digest());
+    let bits = |run: &RunFolder| (run.last.bodies.digest(), run.initial.digest());
     assert_eq!(bits(run), bits(whole));
     assert_eq!(run.last, whole.last);
     assert_eq!(run.settled, whole.settled);

@@ -38,11 +38,16 @@ fn is_like_the_reference(case: &Case, skin_over_radius: f64) -> Result<(), TestC
     let native = native::run_case(case, options).expect("a sound run");
     let written_out = variant::run(case, &Variant::default());
     prop_assert_eq!(native.len(), written_out.len());
-    for (moment, of) in native.iter().zip(&written_out) {
+    for (moment, other) in native.iter().zip(&written_out) {
         let step = moment.step;
-        prop_assert_eq!(moment.bodies.digest(), of.bodies.digest(), "step {}", step);
-        prop_assert_eq!(&moment.contacts, &of.contacts, "step {}", step);
-        prop_assert_eq!(moment.punch, of.punch, "step {}", step);
+        prop_assert_eq!(
+            moment.bodies.digest(),
+            other.bodies.digest(),
+            "step {}",
+            step
+        );
+        prop_assert_eq!(&moment.contacts, &other.contacts, "step {}", step);
+        prop_assert_eq!(moment.punch, other.punch, "step {}", step);
     }
     Ok(())
 }
@@ -140,7 +145,7 @@ fn make_cloud(grains: &[Shares], smallest: f64, crowding: f64, stride: f64, disc
     let mut grains: Vec<Grain> = grains
         .iter()
         .map(|(place, velocity, spin, size)| {
-            let place = place.map(|of| side * of);
+            let place = place.map(|share| side * share);
             let grain = match disc {
                 true => Grain::disc(place, radius(*size), DENSITY),
                 false => Grain::sphere(place, radius(*size), DENSITY),
@@ -158,7 +163,7 @@ fn make_cloud(grains: &[Shares], smallest: f64, crowding: f64, stride: f64, disc
     });
     let speed = stride * LARGEST / dt;
     for grain in &mut grains {
-        grain.velocity = grain.velocity.map(|of| of * speed);
+        grain.velocity = grain.velocity.map(|share| share * speed);
         grain.spin *= speed / LARGEST;
     }
     Cloud { grains, side, dt }
@@ -185,7 +190,7 @@ fn cases(law: impl Strategy<Value = Law>) -> impl Strategy<Value = Case> {
             let Cloud { grains, side, dt } = cloud;
             let mut model = model(law, dt);
             // At most a hundredth of the largest radius in the square of a step.
-            model.gravity = gravity.map(|of| of * 0.01 * LARGEST / (dt * dt));
+            model.gravity = gravity.map(|share| share * 0.01 * LARGEST / (dt * dt));
             model.alpha = alpha;
             for (across, place) in walls {
                 let axis = if across { Axis::X } else { Axis::Z };
@@ -194,7 +199,7 @@ fn cases(law: impl Strategy<Value = Law>) -> impl Strategy<Value = Case> {
             let moments = (0..=60).step_by(6).collect();
             let mut case = case("any", model, &grains, moments);
             case.punch = punch_at.map(|([x, z, width, height], stride)| {
-                let half = [width, height].map(|of| 0.3 * side * of + 0.1 * LARGEST);
+                let half = [width, height].map(|share| 0.3 * side * share + 0.1 * LARGEST);
                 punch(x * side, z * side, half, stride * LARGEST / dt)
             });
             case

@@ -39,8 +39,10 @@ fn folder_with_run() -> (Place, PathBuf, RunFolder) {
 }
 
 /// Bits as numbers that JSON keeps.
-fn bits<'a>(of: impl IntoIterator<Item = &'a f64>) -> Value {
-    let bits = of.into_iter().map(|of| of.to_bits().to_string());
+fn bits<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Value {
+    let bits = numbers
+        .into_iter()
+        .map(|number| number.to_bits().to_string());
     Value::from(bits.collect::<Vec<_>>())
 }
 
@@ -71,9 +73,14 @@ json.dump(dict(
     let contacts = &run.last.contacts;
     let forces = contacts
         .iter()
-        .flat_map(|of| [of.normal_force, of.tangential_force]);
+        .flat_map(|contact| [contact.normal_force, contact.tangential_force]);
     let forces: Vec<f64> = forces.collect();
-    let measures: Vec<f64> = run.record.measures.iter().map(|of| of.value).collect();
+    let measures: Vec<f64> = run
+        .record
+        .measures
+        .iter()
+        .map(|measure| measure.value)
+        .collect();
     for (name, expected) in [
         ("positions", pairs(&bodies.x, &bodies.z)),
         ("velocities", pairs(&bodies.vx, &bodies.vz)),
@@ -93,11 +100,15 @@ json.dump(dict(
     assert_eq!(found["depths"], depths.count());
     assert_eq!(found["shapes"], json!([[bodies.x.len(), 2], [2, 2]]));
     assert_eq!(found["scene"], json_of(path.join("scene.json")));
-    let number = |of: &Value| f64::from_bits(of.as_str().expect("bits").parse().expect("a number"));
+    let number =
+        |value: &Value| f64::from_bits(value.as_str().expect("bits").parse().expect("a number"));
     let fabric = found["fabric"].as_array().expect("a list").iter();
     let fabric: Vec<f64> = fabric.map(number).collect();
     let by_hand = |a: usize, b: usize| {
-        let sum: f64 = contacts.iter().map(|of| of.normal[a] * of.normal[b]).sum();
+        let sum: f64 = contacts
+            .iter()
+            .map(|contact| contact.normal[a] * contact.normal[b])
+            .sum();
         sum / contacts.len() as f64
     };
     for (at, [a, b]) in [[0, 0], [0, 1], [1, 0], [1, 1]].into_iter().enumerate() {
@@ -152,9 +163,9 @@ fn records_and_rows_are_read() {
     let found = printed(&record, lines);
     let column = |key: &str| {
         let checks = written["checks"].as_array().expect("checks").iter();
-        Value::from(checks.map(|of| of[key].clone()).collect::<Vec<_>>())
+        Value::from(checks.map(|check| check[key].clone()).collect::<Vec<_>>())
     };
-    assert!(column("id").as_array().is_some_and(|of| !of.is_empty()));
+    assert!(column("id").as_array().is_some_and(|ids| !ids.is_empty()));
     let wanted = json!([written["verdict"], column("id"), column("outcome")]);
     assert_eq!(found, wanted);
     fs::write(&record, text.replacen("pass", "fail", 1)).expect("writable");

@@ -32,11 +32,11 @@ fn members_of_the_native_campaigns_come_out_again() {
     assert!(native.rows.len() >= 1000, "{}", native.rows.len());
     let best = recorded("campaign-best-1");
     let last = native.rows.len() as u64;
-    for (of, number) in [(&native, 1), (&native, 2), (&native, last), (&best, 1)] {
-        let study = &of.plan.study;
+    for (campaign, number) in [(&native, 1), (&native, 2), (&native, last), (&best, 1)] {
+        let study = &campaign.plan.study;
         let member = study.run(number, &Engines::default(), Path::new(""));
         let mut member = member.expect("it runs");
-        let recorded = &of.rows[number as usize - 1];
+        let recorded = &campaign.rows[number as usize - 1];
         // The version says who ran it; the numbers are those of every version.
         member.engine.clone_from(&recorded.engine);
         assert_eq!(&member, recorded);
@@ -103,8 +103,11 @@ fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
         assert_ne!(comparison.verdict, Verdict::Different, "{comparison:?}");
         let judged = comparison.judged.expect("other bits");
         let mut quantities = judged.quantities.iter();
-        let height = quantities.find(|of| of.key == "settled.height.mean_surface");
-        assert_eq!(height.and_then(|of| of.finding), Some(Finding::Equivalent));
+        let height = quantities.find(|quantity| quantity.key == "settled.height.mean_surface");
+        assert_eq!(
+            height.and_then(|height| height.finding),
+            Some(Finding::Equivalent)
+        );
     }
 }
 
@@ -121,7 +124,10 @@ fn the_recorded_lammps_runs_have_heights_as_native_ones() {
         ("settled.height.highest_grain", Finding::Equivalent),
         ("loaded.stress.O.local_zz", Finding::Undecided),
     ] {
-        let found = judged.quantities.iter().find(|of| of.key == key);
+        let found = judged
+            .quantities
+            .iter()
+            .find(|quantity| quantity.key == key);
         assert_eq!(found.expect("is judged").finding, Some(finding), "{key}");
     }
 }
@@ -137,7 +143,7 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
     let mut again = claims::of(&native.plan.study.scene, &native.rows, origin);
     again.crossgrain.clone_from(&recorded.crossgrain);
     let best = self::recorded("campaign-best-1");
-    let origin = recorded.beside.as_ref().map(|of| of.origin.clone());
+    let origin = recorded.beside.as_ref().map(|claims| claims.origin.clone());
     let origin = origin.expect("the best setting stands beside");
     assert_eq!(origin.members_digest, best.summary.sha256);
     again.beside = Some(claims::of(&best.plan.study.scene, &best.rows, origin).into());
@@ -145,10 +151,10 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
 }
 
 /// Figures that the setting does not give.
-fn missed(of: &Found) -> Vec<&str> {
-    let figures = of.figures.iter();
-    let missed = figures.filter(|of| of.verdict == Excluded::DoesNot);
-    missed.map(|of| of.id.as_str()).collect()
+fn missed(found: &Found) -> Vec<&str> {
+    let figures = found.figures.iter();
+    let missed = figures.filter(|figure| figure.verdict == Excluded::DoesNot);
+    missed.map(|figure| figure.id.as_str()).collect()
 }
 
 /// The settings settled by many packings say what their rows say; no figure of the search's best is excluded, and grains that
@@ -157,10 +163,17 @@ fn missed(of: &Found) -> Vec<&str> {
 fn the_recorded_candidates_are_those_of_their_rows() {
     let (_, recorded) = judged_again::<candidates::Plan, Candidates>("reference_data/candidates-1");
     for (id, misses) in [("best-1", false), ("printed", true)] {
-        let of = recorded.settings.iter().find(|of| of.setting.id == id);
-        assert_eq!(of.map(|of| !missed(of).is_empty()), Some(misses), "{id}");
+        let found = recorded
+            .settings
+            .iter()
+            .find(|found| found.setting.id == id);
+        assert_eq!(
+            found.map(|found| !missed(found).is_empty()),
+            Some(misses),
+            "{id}"
+        );
     }
-    let last = recorded.halvings.last().map(|of| of.finding);
+    let last = recorded.halvings.last().map(|halving| halving.finding);
     assert_eq!(last, Some(Finding::Equivalent));
 }
 
@@ -169,12 +182,23 @@ fn the_recorded_candidates_are_those_of_their_rows() {
 fn the_recorded_choices_are_those_of_their_rows() {
     let (_, recorded) = judged_again::<candidates::Plan, Candidates>("reference_data/choices-1");
     assert_eq!(recorded.settings.len(), 52);
-    let excluded = recorded.settings.iter().filter(|of| !missed(of).is_empty());
+    let excluded = recorded
+        .settings
+        .iter()
+        .filter(|found| !missed(found).is_empty());
     assert_eq!(excluded.count(), 51);
     let at_o = |id: &str| {
-        let of = recorded.settings.iter().find(|of| of.setting.id == id);
-        let figure = of.and_then(|of| of.figures.iter().find(|of| of.id == "stress.O"));
-        figure.and_then(|of| of.value).expect("a mean")
+        let setting = recorded
+            .settings
+            .iter()
+            .find(|found| found.setting.id == id);
+        let figure = setting.and_then(|setting| {
+            setting
+                .figures
+                .iter()
+                .find(|figure| figure.id == "stress.O")
+        });
+        figure.and_then(|figure| figure.value).expect("a mean")
     };
     assert!(at_o("hold-after-the-force-0.01").high < at_o("printed").low);
 }
@@ -184,11 +208,11 @@ fn the_recorded_choices_are_those_of_their_rows() {
 fn friction_bears_the_load_of_slow_punches() {
     let recorded: Search = recorded_of(root("reference_data/search-1/wave-2"));
     let classes = recorded.borne();
-    let counted: usize = classes.iter().map(|of| of.settings).sum();
+    let counted: usize = classes.iter().map(|class| class.settings).sum();
     assert_eq!(counted, recorded.observed.len());
     let class = |friction: f64, speed: f64| {
         let mut all = classes.iter();
-        let own = all.find(|of| of.friction[1] == friction && of.speed[0] == speed);
+        let own = all.find(|class| class.friction[1] == friction && class.speed[0] == speed);
         *own.expect("a class")
     };
     let share = |friction, speed| class(friction, speed).share().expect("settings");
@@ -196,8 +220,8 @@ fn friction_bears_the_load_of_slow_punches() {
     assert!(share(0.0, 0.02).high < share(0.0, 0.08).low);
     let text = text_of(root("docs/sensitivity.md"));
     for (friction, speed) in [(0.0, 0.02), (0.6, 0.02), (0.0, 0.08)] {
-        let of = class(friction, speed);
-        has(&text, [&format!("{} of {}", of.borne, of.settings)]);
+        let class = class(friction, speed);
+        has(&text, [&format!("{} of {}", class.borne, class.settings)]);
     }
     let setup = crossgrain::paper::continuum::table::Setup::published();
     for depth in [0.0, 0.04, 0.11] {
@@ -213,13 +237,20 @@ fn the_recorded_choices_around_the_best_setting_are_those_of_their_rows() {
     let path = "reference_data/choices-best-1";
     let (_, recorded) = judged_again::<candidates::Plan, Candidates>(path);
     assert_eq!(recorded.settings.len(), 13);
-    for of in &recorded.settings {
-        let missed = missed(of);
-        let is_wide = of.setting.id.ends_with("-0.1") || of.setting.id.ends_with("-0.2");
+    for found in &recorded.settings {
+        let missed = missed(found);
+        let is_wide = found.setting.id.ends_with("-0.1") || found.setting.id.ends_with("-0.2");
         assert_eq!(missed.contains(&"porosity"), is_wide, "{missed:?}");
-        let stresses = of.figures.iter().filter(|of| of.id.starts_with("stress."));
-        let moved = |of: &&Judged| of.change.is_some_and(|of| of.low > 0.0 || of.high < 0.0);
-        let expected = 3 * usize::from(of.setting.axis == "volume of a grain");
+        let stresses = found
+            .figures
+            .iter()
+            .filter(|figure| figure.id.starts_with("stress."));
+        let moved = |figure: &&Judged| {
+            figure
+                .change
+                .is_some_and(|change| change.low > 0.0 || change.high < 0.0)
+        };
+        let expected = 3 * usize::from(found.setting.axis == "volume of a grain");
         assert_eq!(stresses.filter(moved).count(), expected);
     }
 }
@@ -230,7 +261,7 @@ fn the_recorded_search_is_that_of_its_rows() {
     for wave in ["wave-1", "wave-2"] {
         let path = format!("reference_data/search-1/{wave}");
         let (folder, recorded) = judged_again::<search::Plan, Search>(&path);
-        assert!(recorded.found_again.is_some_and(|of| of.low > 0.9));
+        assert!(recorded.found_again.is_some_and(|share| share.low > 0.9));
         assert!(recorded.of_impossible.is_some_and(|least| least > CUT));
         if wave == "wave-2" {
             let around = candidates::Plan::of_choices(false, 3, Some(&recorded), false);
@@ -242,7 +273,8 @@ fn the_recorded_search_is_that_of_its_rows() {
             let merged = folder.merged().expect("merged");
             let mut all = merged.rows.iter().flatten();
             let digest = setting[0].specification.digest();
-            let own = all.find(|of| of.specification == digest && of.realization == cloud);
+            let own =
+                all.find(|member| member.specification == digest && member.realization == cloud);
             assert_eq!(Some(&again[0]), own);
         }
     }

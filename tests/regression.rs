@@ -73,7 +73,8 @@ fn of_two<T>(made: &Mutex<Option<Arc<T>>>, make: impl FnOnce() -> T) -> Arc<T> {
 fn failures(folder: &Path) -> Vec<(String, String)> {
     let text = text_of(folder.join("checks.xml"));
     let report = roxmltree::Document::parse(&text).expect("XML");
-    let named = |of: roxmltree::Node<'_, '_>| of.attribute("name").unwrap_or_default().to_owned();
+    let named =
+        |node: roxmltree::Node<'_, '_>| node.attribute("name").unwrap_or_default().to_owned();
     let failures = report.descendants();
     let failures = failures.filter(|node| node.has_tag_name("failure"));
     let told = |failure: roxmltree::Node<'_, '_>| {
@@ -98,7 +99,10 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     let failed = failures(folder);
     let bits = "compare/sorted-recorded/bits-along-the-way";
     for id in [bits, "compare/made"] {
-        assert!(failed.iter().any(|of| of.0 == id), "{id}: {failed:#?}");
+        assert!(
+            failed.iter().any(|failure| failure.0 == id),
+            "{id}: {failed:#?}"
+        );
     }
     let new = failed.iter().find(|(id, _)| id == "baseline/new-failures");
     let named = new.is_some_and(|(_, words)| words.contains("bits-"));
@@ -133,7 +137,7 @@ fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() 
     assert!(!failed.is_empty(), "{said}");
     for (id, words) in failed {
         let speed = ["sorted", "ordinary"].map(|way| format!("baseline/speed/time/{way}"));
-        assert!(speed.iter().any(|of| id.starts_with(of)), "{id}");
+        assert!(speed.iter().any(|name| id.starts_with(name)), "{id}");
         has(&words, ["times the cost"]);
     }
     let summary = text_of(folder.join("summary.md"));
@@ -147,10 +151,10 @@ fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() 
 
 #[test]
 fn a_slow_kernel_has_the_same_bits_and_takes_as_long_as_it_was_told() {
-    let of = |options| native_run(&small_scene(), options, Protocol::Steps { steps: 6000 });
-    let (sound, slow) = (of(sound()), of(faulty("slow=20")));
+    let ran = |options| native_run(&small_scene(), options, Protocol::Steps { steps: 6000 });
+    let (sound, slow) = (ran(sound()), ran(faulty("slow=20")));
     assert_eq!(sound.last, slow.last);
-    let [sound, slow] = [sound, slow].map(|of| of.record.seconds_per_step());
+    let [sound, slow] = [sound, slow].map(|run| run.record.seconds_per_step());
     assert!(slow > 5.0 * sound, "{slow} s against {sound} s a step");
     assert!("slow=0.5".parse::<grains::native::Fault>().is_err());
 }

@@ -18,8 +18,8 @@ fn cases() -> impl Strategy<Value = (Value, Vec<String>)> {
         1 => (0.0f64..0.8).prop_map(|angle| format!(r#"{{"friction_angle": {angle:?}}}"#)),
     ];
     let step = prop_oneof![
-        3 => (0.1f64..0.5).prop_map(|of| format!(r#"{{"kind": "fraction", "of_sqrt_m_over_k": {of:?}}}"#)),
-        1 => (1.0e-6f64..2.0e-6).prop_map(|of| format!(r#"{{"kind": "absolute", "seconds": {of:?}}}"#)),
+        3 => (0.1f64..0.5).prop_map(|fraction| format!(r#"{{"kind": "fraction", "of_sqrt_m_over_k": {fraction:?}}}"#)),
+        1 => (1.0e-6f64..2.0e-6).prop_map(|seconds| format!(r#"{{"kind": "absolute", "seconds": {seconds:?}}}"#)),
     ];
     let numbers = (20u32..50, 1u64..400, any::<bool>(), 0.0f64..0.5);
     let scene = (numbers, contact, friction, loading, step);

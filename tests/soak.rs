@@ -80,8 +80,8 @@ fn soak(least_runs: usize, least_time: Duration) {
         assert_eq!(at_work_in(place), 0, "run {} left a process", all.len());
     }
     let most = |runs: &[Taken]| {
-        let memory = runs.iter().map(|of| of.memory).max().unwrap_or(0);
-        (memory, runs.iter().map(|of| of.files).max().unwrap_or(0))
+        let memory = runs.iter().map(|run| run.memory).max().unwrap_or(0);
+        (memory, runs.iter().map(|run| run.files).max().unwrap_or(0))
     };
     let (early, late) = all.split_at(all.len() / 2);
     let [(before, files_before), (after, files_after)] = [most(early), most(late)];

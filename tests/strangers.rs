@@ -52,7 +52,7 @@ impl Stranger {
 
     /// Whether it does anything wrong in this kind of job.
     fn shows_in(&self, kind: &str) -> bool {
-        self.seen_in.iter().any(|of| of == kind)
+        self.seen_in.iter().any(|job| job == kind)
     }
 }
 
@@ -61,23 +61,24 @@ fn here(name: &str) -> PathBuf {
 }
 
 /// The program of a stranger: one binary for each set of flags, and a link of the stranger's name to it.
-fn program(folder: &Path, of: &Stranger) -> PathBuf {
-    let built = folder.join(format!("{:x}", of.flags.len()) + &of.flags.replace(' ', "_"));
+fn program(folder: &Path, stranger: &Stranger) -> PathBuf {
+    let built =
+        folder.join(format!("{:x}", stranger.flags.len()) + &stranger.flags.replace(' ', "_"));
     if !built.exists() {
         fs::create_dir(&built).expect("a folder");
         let mut command = Command::new("sh");
-        let line = format!("cc {} -o \"$1\" \"$2\" -lm", of.flags);
+        let line = format!("cc {} -o \"$1\" \"$2\" -lm", stranger.flags);
         command
             .args(["-c", &line, "sh"])
             .arg(built.join("engine"))
             .arg(here("engine.c"));
         assert!(command.status().expect("a shell").success(), "{line}");
     }
-    if of.switch.is_empty() {
+    if stranger.switch.is_empty() {
         return built.join("engine");
     }
     // The right engine is beside it.
-    let link = built.join(format!("engine--{}", of.switch));
+    let link = built.join(format!("engine--{}", stranger.switch));
     if !link.exists() {
         fs::copy(built.join("engine"), &link).expect("a copy");
     }
@@ -94,60 +95,63 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
     let reference = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
     let beds = Beds::from(reference.without_causes());
     let scene_of = |name: &str| read_scene(&here("scenes").join(name)).expect("a scene");
-    let run = |of: &Stranger, name: &str, engine: &dyn Engine| {
+    let run = |stranger: &Stranger, name: &str, engine: &dyn Engine| {
         let (scene, work) = (scene_of(name), new_folder());
         let start = initial_bodies(&scene);
         recorded(
             &scene,
             engine,
-            of.protocol(),
+            stranger.protocol(),
             start,
             &work,
             &mut |_, _, _| (),
         )
     };
-    let key = |of: &Stranger, name: &str| format!("{name} {:?}", of.protocol());
+    let key = |stranger: &Stranger, name: &str| format!("{name} {:?}", stranger.protocol());
     let mut of_scenes: BTreeMap<String, Beds> = BTreeMap::new();
     let mut natives: BTreeMap<String, RunFolder> = BTreeMap::new();
     let mut rights: BTreeMap<String, RunFolder> = BTreeMap::new();
-    let chosen = |of: &Stranger| {
-        let kind = if of.right { "right" } else { "wrong" };
+    let chosen = |stranger: &Stranger| {
+        let kind = if stranger.right { "right" } else { "wrong" };
         only.as_ref()
-            .is_none_or(|only| of.name == *only || kind == only)
+            .is_none_or(|only| stranger.name == *only || kind == only)
     };
     let every = if all || only.is_some() { 1 } else { 25 };
     let strangers = strangers.into_iter().filter(chosen).step_by(every);
     let strangers: Vec<Stranger> = strangers.collect();
-    for of in &strangers {
-        program(folder, of);
-        let Some(name) = &of.scene else { continue };
-        let native = || run(of, name, &sound()).expect("a run");
-        natives.entry(key(of, name)).or_insert_with(native);
-        if !of.right {
-            let right = program(folder, of).with_file_name("engine");
+    for stranger in &strangers {
+        program(folder, stranger);
+        let Some(name) = &stranger.scene else {
+            continue;
+        };
+        let native = || run(stranger, name, &sound()).expect("a run");
+        natives.entry(key(stranger, name)).or_insert_with(native);
+        if !stranger.right {
+            let right = program(folder, stranger).with_file_name("engine");
             let right = || {
                 let right = ExternalEngine::ask(Options::new(right)).expect("an engine");
-                run(of, name, &right).expect("a run")
+                run(stranger, name, &right).expect("a run")
             };
-            rights.entry(key(of, name)).or_insert_with(right);
+            rights.entry(key(stranger, name)).or_insert_with(right);
         }
-        if !of.right && !of.shows_in("cases") {
+        if !stranger.right && !stranger.shows_in("cases") {
             let states = || states_of(&scene_of(name)).expect("states");
             let beds = || Beds::from(states().without_causes());
             of_scenes.entry(name.clone()).or_insert_with(beds);
         }
     }
     let judged = in_parallel(strangers.len(), |at| {
-        let of = &strangers[at];
-        let options = Options::new(program(folder, of));
+        let stranger = &strangers[at];
+        let options = Options::new(program(folder, stranger));
         let asked = || ExternalEngine::ask(options.clone()).map_err(EngineError::from);
-        let compared = of.scene.as_ref().map_or(NOT_RUN, |name| {
-            let Ok(theirs) = asked().and_then(|of_it| run(of, name, &of_it)) else {
+        let compared = stranger.scene.as_ref().map_or(NOT_RUN, |name| {
+            let Ok(theirs) = asked().and_then(|of_it| run(stranger, name, &of_it)) else {
                 return "engine failed";
             };
             // A verdict of compare is about what was run.
-            let all = |of: &RunFolder| (of.settled.clone(), of.last.clone(), of.history.clone());
-            let right = rights.get(&key(of, name)).filter(|_| !of.right);
+            let all =
+                |run: &RunFolder| (run.settled.clone(), run.last.clone(), run.history.clone());
+            let right = rights.get(&key(stranger, name)).filter(|_| !stranger.right);
             if right.is_some_and(|right| all(right) == all(&theirs)) {
                 return RIGHT_THERE;
             }
@@ -155,14 +159,14 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
                 programs: vec![options.clone()],
                 ..Locator::default()
             };
-            let native = &natives[&key(of, name)];
+            let native = &natives[&key(stranger, name)];
             compare(&theirs, native, Some(&locator))
                 .verdict()
                 .in_words()
         });
         // What shows in a user's scene alone is judged from that scene.
-        let of_scene = of.scene.as_ref().and_then(|name| of_scenes.get(name));
-        let of_scene = of_scene.filter(|_| !of.right && !of.shows_in("cases"));
+        let of_scene = stranger.scene.as_ref().and_then(|name| of_scenes.get(name));
+        let of_scene = of_scene.filter(|_| !stranger.right && !stranger.shows_in("cases"));
         let checked = match asked()
             .and_then(|engine| conformance(&engine, of_scene.unwrap_or(&beds), &mut |_| ()))
         {
@@ -178,23 +182,29 @@ fn no_wrong_engine_of_a_stranger_is_agreed_with() {
                 },
                 Err(_) => "engine failed",
             };
-        let is = if of.right { "right" } else { "wrong" };
-        let row = format!("{},{is},{compared},{checked},{verified}", of.name);
+        let is = if stranger.right { "right" } else { "wrong" };
+        let row = format!("{},{is},{compared},{checked},{verified}", stranger.name);
         println!("{row}");
-        let agreed = |of: &str| ["identical", "equal to rounding", "agreed"].contains(&of);
-        let mistaken = match of.right {
+        let agreed = |word: &str| ["identical", "equal to rounding", "agreed"].contains(&word);
+        let mistaken = match stranger.right {
             true => [compared, checked, verified]
                 .iter()
-                .any(|of| ["different", "engine failed"].contains(of)),
-            false => [compared, checked, verified].iter().any(|of| agreed(of)),
+                .any(|word| ["different", "engine failed"].contains(word)),
+            false => [compared, checked, verified]
+                .iter()
+                .any(|word| agreed(word)),
         };
         (row, mistaken)
     });
-    let mistakes: Vec<&String> = judged.iter().filter(|of| of.1).map(|of| &of.0).collect();
+    let mistakes: Vec<&String> = judged
+        .iter()
+        .filter(|judged| judged.1)
+        .map(|judged| &judged.0)
+        .collect();
     let head = ["engine,is,compare,engine check,verify".to_owned()];
     let rows: Vec<String> = head
         .into_iter()
-        .chain(judged.iter().map(|of| of.0.clone()))
+        .chain(judged.iter().map(|judged| judged.0.clone()))
         .collect();
     let found = rows.join("\n") + "\n";
     if all {

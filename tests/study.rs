@@ -27,7 +27,7 @@ struct Squares {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Square {
-    of: u64,
+    task: u64,
     square: u64,
     /// Another one each time.
     took: u64,
@@ -56,17 +56,20 @@ impl Study for Squares {
         task.to_string()
     }
 
-    fn run(&self, of: u64, _: &Engines, _: &Path) -> Result<Square, EngineError> {
-        if self.breaks.is_some_and(|breaks| of.is_multiple_of(breaks)) {
-            let (status, log) = (format!("task {of}"), String::new());
+    fn run(&self, task: u64, _: &Engines, _: &Path) -> Result<Square, EngineError> {
+        if self
+            .breaks
+            .is_some_and(|breaks| task.is_multiple_of(breaks))
+        {
+            let (status, log) = (format!("task {task}"), String::new());
             return Err(ProgramError::Crashed { status, log }.into());
         }
-        let (square, took) = (of * of, MADE.fetch_add(1, Ordering::Relaxed));
-        Ok(Square { of, square, took })
+        let (square, took) = (task * task, MADE.fetch_add(1, Ordering::Relaxed));
+        Ok(Square { task, square, took })
     }
 
     fn belongs(&self, task: u64, row: &Square) -> bool {
-        row.of == task
+        row.task == task
     }
 
     fn same(first: &Square, second: &Square) -> bool {
@@ -168,7 +171,7 @@ fn lines_that_cannot_be_read_are_kept() {
     assert_eq!(done, (2, 3, true));
     let after = text_of(&file);
     assert!(after.starts_with(&format!("{damaged}\n")), "{after}");
-    let merged = StudyFolder::<Squares>::open(&path).and_then(|of| of.merge());
+    let merged = StudyFolder::<Squares>::open(&path).and_then(|study| study.merge());
     assert_eq!(merged.expect("merged").rows, 6);
 }
 
@@ -180,11 +183,11 @@ fn rows_of_another_source_are_never_mixed_in() {
     older.made_with.source = "0".repeat(64);
     let other = place.join("older");
     older.write(&other).expect("a new folder");
-    let [from, to] = [&path, &other].map(|of| of.join(RECORDS).join("shard-1-of-1.jsonl"));
+    let [from, to] = [&path, &other].map(|folder| folder.join(RECORDS).join("shard-1-of-1.jsonl"));
     fs::copy(from, to).expect("room");
     let ran = run(&other, Shard::WHOLE);
     assert!(matches!(ran, Err(StudyError::OtherProgram { .. })));
-    let status = StudyFolder::<Squares>::open(&other).and_then(|of| of.status());
+    let status = StudyFolder::<Squares>::open(&other).and_then(|study| study.status());
     let status = status.expect("a status");
     assert_eq!((status.finished, status.damaged.len()), (0, 4));
     let larger = place.join("larger");

@@ -48,7 +48,7 @@ fn a_scene_file_that_is_none_is_not_read_whole() {
 #[test]
 fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
     // Empty lines are no rows, and a line without an end is none; where one block holds a whole table that is too large first.
-    let [empty, endless] = [b'\n', b'0'].map(|of| packed(&vec![of; 64 << 20]));
+    let [empty, endless] = [b'\n', b'0'].map(|byte| packed(&vec![byte; 64 << 20]));
     let [large, long] = ["is larger than", "line 1 is longer than 4096"];
     let run = native_run(&tiny_scene(), sound(), Protocol::Steps { steps: 10 });
     for (table, of_endless) in [

@@ -47,7 +47,7 @@ pub fn tried<S: Study>(
     let place = new_folder();
     let folder = place.join("study");
     let program = external.as_ref();
-    let program = program.map(|of| Program::of(of).expect("a file"));
+    let program = program.map(|path| Program::of(path).expect("a file"));
     create(&folder, plan, program, None).expect("a new study");
     let engines = Engines {
         external,
@@ -68,7 +68,11 @@ pub fn made<S: Study>(plan: S) -> (Place, PathBuf) {
 fn record(folder: &Path) -> Tradeoff {
     let folder = StudyFolder::<Plan>::open(folder).expect("a study");
     let members: Members = folder.rows().expect("rows").into_iter().collect();
-    let external = folder.plan.program.as_ref().map(|of| &of.described);
+    let external = folder
+        .plan
+        .program
+        .as_ref()
+        .map(|program| &program.described);
     Tradeoff::of(&folder.plan.study, &members, Vec::new(), external)
 }
 
@@ -96,13 +100,14 @@ fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
 #[test]
 fn friction_is_held_against_friction() {
     let mut plan = Plan::quick(2, 0);
-    plan.methods.retain(|of| of.id.starts_with("friction"));
+    plan.methods
+        .retain(|method| method.id.starts_with("friction"));
     let (_place, folder) = made(plan);
     let record = record(&folder);
     let mean_height = |id: &str| {
         let point = record.point(id).expect("it is planned");
-        let of = point.screened.of("settled.height.mean_surface");
-        of.expect("two pairs").paired.first_mean
+        let height = point.screened.of("settled.height.mean_surface");
+        height.expect("two pairs").paired.first_mean
     };
     let first = record.reference.screened.of("settled.height.mean_surface");
     let springs = first.expect("two pairs").paired.first_mean;
@@ -112,8 +117,11 @@ fn friction_is_held_against_friction() {
     assert_eq!(mean_height("friction-step-0.45"), with_friction);
     let null = &record.point("friction").expect("it is planned").screened;
     assert_eq!(null.clouds, 2);
-    let mut off = null.differences.iter().map(|of| of.paired.difference);
-    assert!(off.any(|of| of.estimate != 0.0));
+    let mut off = null
+        .differences
+        .iter()
+        .map(|difference| difference.paired.difference);
+    assert!(off.any(|difference| difference.estimate != 0.0));
     // Their own reference is a ring of the chart, with its name.
     let page = report::page(&record.document());
     let name = &record.point("friction").expect("it is planned").method.name;
@@ -171,7 +179,11 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     assert_eq!(text.lines().count() as u64, count);
     // Killed in the middle of the last line: that row alone is made again, and nothing that stands is changed.
     fs::write(&rows, &text[..text.len() - 20]).expect("cut");
-    let missing: u64 = record(&folder).points.iter().map(|of| of.missing).sum();
+    let missing: u64 = record(&folder)
+        .points
+        .iter()
+        .map(|point| point.missing)
+        .sum();
     assert!(missing <= 1, "{missing}");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
     let again = text_of(&rows);
@@ -244,7 +256,7 @@ fn heights_of_beds_of_other_depths_are_not_compared() {
     let has_height = |id: &str| {
         let screened = record.point(id).map(|point| &point.screened);
         let mut differences = screened.expect("a method").differences.iter();
-        differences.any(|of| of.key.starts_with("settled.height."))
+        differences.any(|difference| difference.key.starts_with("settled.height."))
     };
     assert!(!has_height("half-as-deep"));
     assert!(has_height("softer"));
@@ -300,14 +312,14 @@ fn recorded_realizations_of_the_reference_come_out_again() {
     assert_eq!(own.clone().count(), 308);
     let reference = Plan::full(8, 300, 1).reference.specification;
     for realization in [2, FIRST_CONFIRMATORY] {
-        let keep = |key: &str| judge::QUANTITIES.iter().any(|of| of.key == key);
+        let keep = |key: &str| judge::QUANTITIES.iter().any(|quantity| quantity.key == key);
         let engines = Engines::default();
         let again = Member::run(&reference, realization, &engines, Path::new(""), keep);
         let again = again.expect("it runs");
-        let of = own.clone().find(|row| row.realization == realization);
-        let of = of.expect("a recorded member");
-        assert_eq!(again.measured, of.measured);
-        assert_eq!(again.pour_steps, of.pour_steps);
+        let recorded = own.clone().find(|row| row.realization == realization);
+        let recorded = recorded.expect("a recorded member");
+        assert_eq!(again.measured, recorded.measured);
+        assert_eq!(again.pour_steps, recorded.pour_steps);
     }
 }
 
@@ -328,7 +340,11 @@ fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
     assert_eq!(plain.pointer(step), Some(&0.45.into()));
     assert_eq!(fast.pointer(step), Some(&0.65.into()));
     // Looked at equally often in time.
-    let every = |of: &Value| of.pointer("/settle/check_every").and_then(|n| n.as_f64());
+    let every = |scene: &Value| {
+        scene
+            .pointer("/settle/check_every")
+            .and_then(|n| n.as_f64())
+    };
     let ratio = every(&plain).expect("a number") / every(&fast).expect("a number");
     assert!((ratio - 0.65 / 0.45).abs() < 0.01, "{ratio}");
     for key in ["time_step", "settle", "measurement", "choices"] {
@@ -347,17 +363,19 @@ fn the_chart_names_its_front_and_says_what_it_shows() {
         let front = recorded.front(frictional);
         assert!(front.len() > 2, "{}", front.len());
         assert!(front.is_sorted_by(|a, b| a.1 < b.1 && a.2.estimate > b.2.estimate));
-        for (of, ..) in front {
-            let is_there = words.iter().any(|word| word.starts_with(&of.method.name));
-            assert!(is_there, "{} has no name", of.method.name);
+        for (point, ..) in front {
+            let is_there = words
+                .iter()
+                .any(|word| word.starts_with(&point.method.name));
+            assert!(is_there, "{} has no name", point.method.name);
         }
     }
-    let values: Vec<f64> = words.iter().filter_map(|of| of.parse().ok()).collect();
+    let values: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
     assert!(values.len() > 9, "{values:?}");
     let (_, svg) = &page.files[0];
     assert!(svg.contains("viewBox=\"0 0 1240 "), "as wide as the page");
     for word in ["front", "native", "margin", "a reference against itself"] {
-        assert!(words.iter().any(|of| of == word), "{word}");
+        assert!(words.iter().any(|seen| seen == word), "{word}");
     }
     let said = "not shown to err beyond a margin is step 0.65, poured at E/10 until 1e-3, at 0.78 s against the \
                 reference&#39;s 1.84 s.";

@@ -46,8 +46,8 @@ fn native_cases_pass_and_without_yade_its_cases_are_skipped() {
         assert_eq!(case.reason.is_empty(), alone, "{}", case.id);
     }
     let count = |evidence: Evidence| {
-        let of = found.cases.iter().filter(|case| case.evidence == evidence);
-        of.count()
+        let cases = found.cases.iter().filter(|case| case.evidence == evidence);
+        cases.count()
     };
     assert!(count(Evidence::CrossCode) > 10 && count(Evidence::Precision) == 1);
     // Ids name the part that an engine has, and never the engine.
@@ -57,7 +57,7 @@ fn native_cases_pass_and_without_yade_its_cases_are_skipped() {
         let named = ["yade", "native"].map(|engine| check.id.contains(engine));
         assert_eq!(named, [false; 2], "{}", check.id);
     }
-    let ids: BTreeSet<&str> = checks.iter().map(|of| of.id.as_str()).collect();
+    let ids: BTreeSet<&str> = checks.iter().map(|check| check.id.as_str()).collect();
     assert_eq!(ids.len(), checks.len());
 }
 
@@ -121,10 +121,11 @@ fn parameters_are_those_of_the_scene() {
         0,
         "scene parameters scene.json --engine native --json",
     );
-    let of = |symbol: &str| -> Vec<f64> {
+    let values = |symbol: &str| -> Vec<f64> {
         let all = found.as_array().expect("an array").iter();
-        let with = all.filter(|of| of["symbol"] == symbol);
-        with.filter_map(|of| of["value"].as_f64()).collect()
+        let with = all.filter(|parameter| parameter["symbol"] == symbol);
+        with.filter_map(|parameter| parameter["value"].as_f64())
+            .collect()
     };
     // The wall's contact with the mean grain: E·R.
     let mean = 0.5 * scene.particles.mean_diameter;
@@ -133,14 +134,21 @@ fn parameters_are_those_of_the_scene() {
         let mut off = values.iter().map(|value| (value / wanted - 1.0).abs());
         off.any(|off| off < 1e-14)
     };
-    assert!(near(&of("k_n"), stiffness), "{:?}", of("k_n"));
-    assert!(near(&of("k_s"), 0.3 * stiffness), "{:?}", of("k_s"));
+    assert!(near(&values("k_n"), stiffness), "{:?}", values("k_n"));
+    assert!(near(&values("k_s"), 0.3 * stiffness), "{:?}", values("k_s"));
     for angle in [0.4f64, 0.2, 0.1] {
-        assert!(near(&of("tan_phi"), angle.tan()), "{:?}", of("tan_phi"));
+        assert!(
+            near(&values("tan_phi"), angle.tan()),
+            "{:?}",
+            values("tan_phi")
+        );
     }
-    assert!(near(&of("I"), 0.5 * scene.grain_mass(mean) * mean * mean));
-    assert_eq!(of("dt"), [scene.time_step_seconds()]);
-    assert_eq!(of("alpha"), [0.2]);
+    assert!(near(
+        &values("I"),
+        0.5 * scene.grain_mass(mean) * mean * mean
+    ));
+    assert_eq!(values("dt"), [scene.time_step_seconds()]);
+    assert_eq!(values("alpha"), [0.2]);
 }
 
 #[test]

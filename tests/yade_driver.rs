@@ -82,7 +82,7 @@ fn too_old_crashed_and_hung() {
     }
     // What a hung program has started has ended with it.
     let entries = fs::read_dir("/proc").expect("Linux").flatten();
-    let mut commands = entries.filter_map(|of| fs::read(of.path().join("cmdline")).ok());
+    let mut commands = entries.filter_map(|entry| fs::read(entry.path().join("cmdline")).ok());
     assert!(!commands.any(|command| command.starts_with(b"sleep\0987654\0")));
 }
 

@@ -339,7 +339,10 @@ fn obstacles_have_the_bits_of_yade() {
         assert_eq!(quick, plain, "{}", case.name);
         let last = &plain.last().expect("moments").contacts;
         let first = case.bodies.len() + case.model.walls.len();
-        at_obstacles += last.iter().filter(|of| of.id1 as usize >= first).count();
+        at_obstacles += last
+            .iter()
+            .filter(|contact| contact.id1 as usize >= first)
+            .count();
     }
     assert!(at_obstacles > 300, "{at_obstacles}");
 }

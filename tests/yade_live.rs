@@ -31,7 +31,7 @@ fn all_pass(a: &RunFolder, b: &RunFolder) -> Comparison {
 
 /// So many numbers of this table, of which none differs.
 fn is_same(comparison: &Comparison, table: &str, numbers: usize) {
-    let bits = comparison.tables.iter().find(|of| of.table == table);
+    let bits = comparison.tables.iter().find(|bits| bits.table == table);
     let bits = bits.expect("the table");
     assert_eq!((bits.differing, bits.numbers), (0, numbers), "{table}");
 }
@@ -148,7 +148,10 @@ fn the_suite_passes_in_both_engines() {
         assert!(case.outcome == Outcome::Pass || not_there, "{case:?}");
     }
     assert_eq!(found.verdict(), Outcome::Pass);
-    let in_yade = found.cases.iter().filter(|of| of.role == Role::Reference);
+    let in_yade = found
+        .cases
+        .iter()
+        .filter(|case| case.role == Role::Reference);
     let passed = in_yade.filter(|case| case.outcome == Outcome::Pass).count();
     assert!(passed > 35, "{passed}");
 }
@@ -192,7 +195,7 @@ fn a_punch_driven_to_the_floor_gives_the_same_bits() {
     let punch = scene.particles.count + 3;
     let mut contacts = native.last.contacts.iter();
     // Grains lean on its sides or corners.
-    assert!(contacts.any(|of| of.id1 == punch && of.normal[0] != 0.0));
+    assert!(contacts.any(|contact| contact.id1 == punch && contact.normal[0] != 0.0));
 }
 
 #[test]

@@ -77,7 +77,7 @@ fn difference(found: &[[f64; 6]], table: &Bodies) -> f64 {
     let mut largest = 0.0_f64;
     for (at, found) in found.iter().enumerate() {
         let spin = table.spin.get(at).copied().unwrap_or(0.0);
-        let [x, z, vx, vz] = [&table.x, &table.z, &table.vx, &table.vz].map(|of| of[at]);
+        let [x, z, vx, vz] = [&table.x, &table.z, &table.vx, &table.vz].map(|column| column[at]);
         let row = [x, z, vx, vz, table.radius[at], spin];
         for (a, b) in found.iter().zip(row) {
             largest = largest.max((a - b).abs());
@@ -166,7 +166,12 @@ fn a_bed_with_friction_keeps_its_tangential_forces() {
     assert_eq!(later.record.stages[1].steps, steps);
     let told = opened_alike(&first, "last", 20, &first.last);
     let slipping = first.last.contacts.iter();
-    assert!(slipping.filter(|of| of.tangential_force != 0.0).count() > 20);
+    assert!(
+        slipping
+            .filter(|contact| contact.tangential_force != 0.0)
+            .count()
+            > 20
+    );
     // Rounding of a force, and no more.
     let off = difference(&told.later, &later.last.bodies);
     assert!(off < 1e-9, "{off}");

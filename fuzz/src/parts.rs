@@ -30,11 +30,11 @@ impl<'a> Parts<'a> {
 
     /// The first file of this name.
     pub fn get(&self, name: &str) -> Option<&'a [u8]> {
-        let of = |(_, bytes): &(&[u8], &'a [u8])| *bytes;
+        let bytes_of = |(_, bytes): &(&[u8], &'a [u8])| *bytes;
         self.0
             .iter()
             .find(|(found, _)| *found == name.as_bytes())
-            .map(of)
+            .map(bytes_of)
     }
 
     /// The first file of this name as text.

@@ -8,13 +8,13 @@ use crossgrain::study::member::Member;
 /// A row that is accepted reads back as itself.
 pub fn read(input: &[u8]) -> bool {
     match input.split_first() {
-        Some((b't', json)) => of::<Member>(json),
-        Some((b's', json)) => of::<Vec<Member>>(json),
+        Some((b't', json)) => read_as::<Member>(json),
+        Some((b's', json)) => read_as::<Vec<Member>>(json),
         _ => false,
     }
 }
 
-fn of<T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(json: &[u8]) -> bool {
+fn read_as<T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(json: &[u8]) -> bool {
     let Ok(row) = serde_json::from_slice::<T>(json) else {
         return false;
     };

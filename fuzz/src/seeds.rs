@@ -84,7 +84,7 @@ fn json_of(value: &impl serde::Serialize) -> String {
 type Files = Vec<(String, Vec<u8>)>;
 
 fn file<'a>(files: &'a Files, name: &str) -> Option<&'a [u8]> {
-    let found = files.iter().find(|(of, _)| of == name);
+    let found = files.iter().find(|(found, _)| found == name);
     found.map(|(_, bytes)| bytes.as_slice())
 }
 
@@ -145,11 +145,11 @@ fn plan_seed(repair: bool) -> Vec<u8> {
 fn members() -> Vec<Member> {
     let plan = small::plan();
     let work = parts::folder();
-    let of = |number| {
+    let member = |number| {
         let made = plan.study.run(number, &Engines::default(), work.path());
         made.expect("a member")
     };
-    (1..=plan.study.members).map(of).collect()
+    (1..=plan.study.members).map(member).collect()
 }
 
 /// Lines whose checks are put right: `* MEMBER JSON`.
@@ -163,15 +163,18 @@ fn campaign_seed(members: &[Member]) -> Vec<u8> {
 }
 
 fn merged_seed(members: &[Member]) -> Vec<u8> {
-    let lines: String = members.iter().map(|of| json_of(of) + "\n").collect();
+    let lines: String = members
+        .iter()
+        .map(|member| json_of(member) + "\n")
+        .collect();
     join(&[("repair", b""), ("members.jsonl", lines.as_bytes())])
 }
 
 /// A study of each kind that has one bed on two clouds, with its rows.
 fn studies() -> [(&'static str, Vec<u8>); 3] {
     let setting = |clouds| {
-        let of = Specification::native(small::scene());
-        Setting::new("one", "one", "candidates", of, clouds)
+        let specification = Specification::native(small::scene());
+        Setting::new("one", "one", "candidates", specification, clouds)
     };
     let beds = Beds(vec![vec![setting(2)]]);
     let candidates = candidates::Plan {
@@ -293,7 +296,7 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
     let mut table = |numbers: &[f64]| {
         numbers
             .iter()
-            .for_each(|of| binary.extend(of.to_le_bytes()))
+            .for_each(|number| binary.extend(number.to_le_bytes()))
     };
     let effective = json!({"contacts": [], "mass": track[0].bodies.mass, "inertia": [], "gravity": [0.0, -9.81],
         "alpha": 0.2, "dt": 1e-5});
@@ -308,12 +311,20 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
         for column in [&bodies.x, &bodies.z, &bodies.vx, &bodies.vz] {
             table(column);
         }
-        for of in contacts {
-            let ids = [f64::from(of.id1), f64::from(of.id2)];
-            let [[nx, nz], [x, z]] = [of.normal, of.point];
-            let forces = [of.normal_force, of.tangential_force];
+        for contact in contacts {
+            let ids = [f64::from(contact.id1), f64::from(contact.id2)];
+            let [[nx, nz], [x, z]] = [contact.normal, contact.point];
+            let forces = [contact.normal_force, contact.tangential_force];
             table(&[
-                ids[0], ids[1], of.overlap, forces[0], forces[1], nx, nz, x, z,
+                ids[0],
+                ids[1],
+                contact.overlap,
+                forces[0],
+                forces[1],
+                nx,
+                nz,
+                x,
+                z,
             ]);
         }
         let mut line = json!({"stage": "settle", "step": step});

@@ -11,15 +11,15 @@ use super::parts::{self, Parts};
 pub fn read(input: &[u8]) -> bool {
     let parts = Parts::of(input);
     match parts.text("kind").map(str::trim) {
-        Some("candidates") => of::<candidates::Plan>(&parts),
-        Some("search") => of::<search::Plan>(&parts),
-        Some("tradeoff") => of::<tradeoff::plan::Plan>(&parts),
+        Some("candidates") => read_as::<candidates::Plan>(&parts),
+        Some("search") => read_as::<search::Plan>(&parts),
+        Some("tradeoff") => read_as::<tradeoff::plan::Plan>(&parts),
         _ => false,
     }
 }
 
 /// A plan that is accepted reads back as itself; its rows are read, told and judged, or refused in words.
-fn of<S: Study + PartialEq + std::fmt::Debug>(parts: &Parts<'_>) -> bool {
+fn read_as<S: Study + PartialEq + std::fmt::Debug>(parts: &Parts<'_>) -> bool {
     let Some(plan) = parts.get("plan").and_then(given::<S>) else {
         return false;
     };

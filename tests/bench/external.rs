@@ -62,7 +62,7 @@ fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
     // As long as it takes until the two differ by a second.
     assert!(window.steps.is_multiple_of(PLAN.compared_after()));
     let seconds = window.cpu_seconds;
-    assert!(seconds.is_some_and(|of| of >= 1.0), "{window:?}");
+    assert!(seconds.is_some_and(|seconds| seconds >= 1.0), "{window:?}");
     assert!(
         state_check.holds && state_check.steps == 30,
         "{state_check:?}"

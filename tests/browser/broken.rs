@@ -93,10 +93,10 @@ fn a_page_that_is_broken_on_purpose_is_complained_of_by_the_right_question() {
     let (names, all) = complaining(&mut browser, "", "");
     assert!(names.is_empty(), "the sound page: {all:#?}");
     for [place, text, wanted, words] in rows(BROKEN) {
-        let [head, body] = ["head", "body"].map(|of| if of == place { text } else { "" });
+        let [head, body] = ["head", "body"].map(|part| if part == place { text } else { "" });
         let (names, all) = complaining(&mut browser, head, body);
         assert_eq!(names.join(" "), wanted, "{text}: {all:#?}");
-        let said = all.iter().any(|of| of.contains(words));
+        let said = all.iter().any(|complaint| complaint.contains(words));
         assert!(said, "{text}: {all:#?}");
     }
 }

@@ -20,7 +20,7 @@ pub fn look(browser: &mut Browser, call: &str) -> Value {
 fn complaints(browser: &mut Browser, call: &str) -> Vec<String> {
     let found = look(browser, call);
     let list = found.as_array().expect("a list");
-    let words = list.iter().map(|of| of.as_str().expect("words"));
+    let words = list.iter().map(|entry| entry.as_str().expect("words"));
     words.map(str::to_owned).collect()
 }
 
@@ -36,15 +36,15 @@ pub fn told(browser: &mut Browser) -> Vec<String> {
     browser.settle();
     let bad = |level: &Value| matches!(level.as_str(), Some("error" | "warning" | "assert"));
     let exceptions = browser.of("Runtime.exceptionThrown");
-    let exceptions = exceptions.map(|of| format!("exception: {}", of["exceptionDetails"]));
+    let exceptions = exceptions.map(|event| format!("exception: {}", event["exceptionDetails"]));
     let console = browser
         .of("Runtime.consoleAPICalled")
-        .filter(|of| bad(&of["type"]));
-    let console = console.map(|of| format!("console: {}", of["args"]));
-    let log = browser.of("Log.entryAdded").map(|of| &of["entry"]);
+        .filter(|event| bad(&event["type"]));
+    let console = console.map(|event| format!("console: {}", event["args"]));
+    let log = browser.of("Log.entryAdded").map(|event| &event["entry"]);
     let log = log
-        .filter(|of| bad(&of["level"]))
-        .map(|of| format!("log: {}", of["text"]));
+        .filter(|entry| bad(&entry["level"]))
+        .map(|entry| format!("log: {}", entry["text"]));
     exceptions.chain(console).chain(log).collect()
 }
 
@@ -52,8 +52,10 @@ pub fn told(browser: &mut Browser) -> Vec<String> {
 pub fn requests(browser: &mut Browser) -> Vec<String> {
     browser.settle();
     let urls = browser.of("Network.requestWillBeSent");
-    let urls = urls.map(|of| &of["request"]["url"]);
-    let sockets = browser.of("Network.webSocketCreated").map(|of| &of["url"]);
+    let urls = urls.map(|event| &event["request"]["url"]);
+    let sockets = browser
+        .of("Network.webSocketCreated")
+        .map(|event| &event["url"]);
     let urls = urls
         .chain(sockets)
         .map(|url| url.as_str().expect("an address"));
@@ -68,7 +70,8 @@ pub fn requests(browser: &mut Browser) -> Vec<String> {
 /// Links that lead nowhere: all must stay on the page or in its folder, but for the work that is reproduced.
 pub fn links(browser: &mut Browser) -> Vec<String> {
     let links = look(browser, "links()");
-    let words = |of: &Value| -> Vec<String> { serde_json::from_value(of.clone()).expect("words") };
+    let words =
+        |value: &Value| -> Vec<String> { serde_json::from_value(value.clone()).expect("words") };
     let here = browser.evaluate("decodeURIComponent(location.pathname)");
     let folder = Path::new(here.as_str().expect("a path")).with_file_name("");
     let lost = |to: &String| !to.starts_with("https://doi.org/10.") && !folder.join(to).is_file();
@@ -91,7 +94,11 @@ pub fn layout(browser: &mut Browser) -> Vec<String> {
             browser.settle();
             for question in questions {
                 let found = complaints(browser, question);
-                all.extend(found.into_iter().map(|of| format!("{width} px: {of}")));
+                all.extend(
+                    found
+                        .into_iter()
+                        .map(|complaint| format!("{width} px: {complaint}")),
+                );
             }
         }
     }
@@ -105,7 +112,11 @@ pub fn contrast(browser: &mut Browser) -> Vec<String> {
     for scheme in ["light", "dark"] {
         browser.emulate("screen", scheme);
         let found = complaints(browser, &format!("contrast({LEAST_CONTRAST})"));
-        all.extend(found.into_iter().map(|of| format!("{scheme}: {of}")));
+        all.extend(
+            found
+                .into_iter()
+                .map(|complaint| format!("{scheme}: {complaint}")),
+        );
     }
     browser.emulate("screen", "light");
     all

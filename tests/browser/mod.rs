@@ -67,9 +67,13 @@ fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
     let some = &all[..all.len().min(20)];
     let count = all.len();
     assert!(count == 0, "{name}: {count} complaints: {some:#?}");
-    let count = |of: &str| format!("document.querySelectorAll('{of}').length > 0");
-    for of in ["table", "svg", ".filter input"] {
-        assert_eq!(browser.evaluate(&count(of)), true, "{name} has a {of}");
+    let count = |selector: &str| format!("document.querySelectorAll('{selector}').length > 0");
+    for selector in ["table", "svg", ".filter input"] {
+        assert_eq!(
+            browser.evaluate(&count(selector)),
+            true,
+            "{name} has a {selector}"
+        );
     }
 }
 

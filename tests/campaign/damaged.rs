@@ -97,7 +97,7 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
     let anywhere = |_| chance.below(sound.len() as u64) as usize;
     let mut places: Vec<usize> = (0..24).map(anywhere).collect();
     // A line's end, a digit of the check, the space after it, the member's number, the space, the JSON's first byte.
-    places.extend([0, 4, 17, 18, 19, 20].map(|of| second - 1 + of));
+    places.extend([0, 4, 17, 18, 19, 20].map(|offset| second - 1 + offset));
     for (index, place) in places.into_iter().enumerate() {
         let mut bytes = sound.clone();
         bytes[place] ^= 1 << chance.below(8);
@@ -112,8 +112,8 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
         study(folder, 3, "merge", &[]);
         if index % 6 == 0 {
             let said = must(folder, "run", &["--threads", "2"]);
-            let (file, of) = ("shard-1-of-1.jsonl", strange[0]);
-            let words = format!("{file} line {of} is no whole row and is not believed");
+            let (file, line) = ("shard-1-of-1.jsonl", strange[0]);
+            let words = format!("{file} line {line} is no whole row and is not believed");
             has(&said, [&words]);
             assert_eq!(&merged_bytes(&folder.join("c")), expected());
         }

@@ -26,8 +26,8 @@ fn endings(scene: &Scene) -> (Vec<String>, Merged, String) {
     (endings, merged(&folder).expect("a merged campaign"), said)
 }
 
-fn count(endings: &[String], of: &str) -> usize {
-    endings.iter().filter(|ending| *ending == of).count()
+fn count(endings: &[String], wanted: &str) -> usize {
+    endings.iter().filter(|ending| *ending == wanted).count()
 }
 
 /// Too few steps for some, too shallow a way for the punch of the others.
@@ -141,7 +141,7 @@ fn lines_tell_members_an_hour_and_the_time_left() {
     assert!(line.starts_with("rows, shard 1/1: "), "{line}");
     has(line, [" of 4, "]);
     let before = line.split(" an hour").next().unwrap_or_default();
-    let an_hour = before.rsplit(' ').next().and_then(|of| of.parse().ok());
+    let an_hour = before.rsplit(' ').next().and_then(|rate| rate.parse().ok());
     let an_hour: f64 = an_hour.expect("a rate");
     assert!((50.0..=600.0).contains(&an_hour), "{line}");
     has(&errors, ["4 of 4 written down, "]);

@@ -26,7 +26,7 @@ fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
 /// So often each kind of study is killed: as `CROSSGRAIN_KILLS` says, else 41 times, 205 in all.
 fn kills() -> usize {
     let said = std::env::var("CROSSGRAIN_KILLS").ok();
-    said.map_or(41, |of| of.parse().expect("a number"))
+    said.map_or(41, |count| count.parse().expect("a number"))
 }
 
 /// The merged rows of the study `c`, made by one process that nobody disturbs.

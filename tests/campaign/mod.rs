@@ -60,8 +60,8 @@ pub fn lines(path: &Path) -> usize {
 
 /// The record file of a shard.
 fn records(folder: &Path, shard: &str) -> PathBuf {
-    let (index, of) = shard.split_once('/').expect("I/N");
-    folder.join(format!("records/shard-{index}-of-{of}.jsonl"))
+    let (index, count) = shard.split_once('/').expect("I/N");
+    folder.join(format!("records/shard-{index}-of-{count}.jsonl"))
 }
 
 /// The member as a line of the records of the plan with this digest.

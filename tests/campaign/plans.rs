@@ -38,7 +38,7 @@ fn an_edited_plan_is_refused() {
     let text = text_of(&path);
     let changed = "was changed after it was made";
     let colour = "\"phases\": [],\n  \"colour\": 1";
-    let version = |of: u8| format!("\"version\": {of},\n  \"made_with\"");
+    let version = |number: u8| format!("\"version\": {number},\n  \"made_with\"");
     for (from, to, why) in [
         (version(1).as_str(), version(2).as_str(), "has version 2"),
         ("\"members\": 24", "\"members\": 25", changed),

@@ -48,7 +48,7 @@ fn watched(place: &Path, arguments: &[&str]) -> (String, f64, u64) {
         let text = fs::read_to_string(&times).unwrap_or_default();
         let fields = text.rsplit(')').next().unwrap_or_default();
         let ticks = fields.split_whitespace().skip(11).take(2);
-        let ticks: u64 = ticks.filter_map(|of| of.parse::<u64>().ok()).sum();
+        let ticks: u64 = ticks.filter_map(|field| field.parse::<u64>().ok()).sum();
         seconds = f64::max(seconds, ticks as f64 / 100.0);
         std::thread::sleep(Duration::from_millis(2));
     }

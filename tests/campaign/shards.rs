@@ -26,9 +26,11 @@ fn bytes_do_not_depend_on_threads_and_a_member_run_again_is_the_recorded_one() {
 
 #[test]
 fn bytes_do_not_depend_on_shards() {
-    for of in [2, 3] {
+    for count in [2, 3] {
         let place = &plan(&tiny_scene(), MEMBERS, "c");
-        let shards: Vec<String> = (1..=of).map(|index| format!("{index}/{of}")).collect();
+        let shards: Vec<String> = (1..=count)
+            .map(|index| format!("{index}/{count}"))
+            .collect();
         let start = |shard: &String| Running::start(place, &["--shard", shard]);
         let running: Vec<Running> = shards.iter().map(start).collect();
         for process in running {
@@ -36,7 +38,7 @@ fn bytes_do_not_depend_on_shards() {
             assert_eq!(code, 0, "{errors}");
         }
         must(place, "merge", &[]);
-        assert_eq!(&merged_bytes(&place.join("c")), expected(), "{of}");
+        assert_eq!(&merged_bytes(&place.join("c")), expected(), "{count}");
     }
 }
 

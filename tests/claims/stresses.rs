@@ -12,18 +12,18 @@ use super::{NO, claims_where, none_of, only, verdict};
 #[test]
 fn another_form_is_noticed() {
     let (shape, scale) = (2.0, 0.5);
-    let claims = claims_where(|of| of.normal = Distribution::Gamma { shape, scale });
+    let claims = claims_where(|truth| truth.normal = Distribution::Gamma { shape, scale });
     let rows = claims.claims.iter().flat_map(|claim| &claim.rows);
     let mut tests = rows.flat_map(|row| &row.probabilities);
     let exponential = tests
         .clone()
-        .filter(|of| of.test.contains("exponential with") || of.test.starts_with("shape 1 "));
+        .filter(|test| test.test.contains("exponential with") || test.test.starts_with("shape 1 "));
     assert!(exponential.clone().count() >= 21);
     for test in exponential {
         assert!(test.adjusted < 0.02, "{test:?}");
     }
     // What is true of these members is not rejected.
-    assert!(tests.all(|of| !of.test.starts_with("gamma with") || of.adjusted > 0.05));
+    assert!(tests.all(|test| !test.test.starts_with("gamma with") || test.adjusted > 0.05));
     let others = "exponential.O exponential.A exponential.B exponential.theory exponential.xx
         exponential.gravity variation.load variation.gravity erlang conclusion earlier.normal";
     only(&claims, others);
@@ -34,9 +34,9 @@ fn another_form_is_noticed() {
 fn a_pulled_grain_is_no_excuse() {
     let (shape, scale) = (2.0, 0.5);
     let with = |pulled| {
-        claims_where(|of| {
-            of.normal = Distribution::Gamma { shape, scale };
-            (of.pulled, of.factor, of.heights) = (pulled, [1.3; 3], [0.49; 3]);
+        claims_where(|truth| {
+            truth.normal = Distribution::Gamma { shape, scale };
+            (truth.pulled, truth.factor, truth.heights) = (pulled, [1.3; 3], [0.49; 3]);
         })
     };
     let (sound, pulled) = (with(0), with(1));
@@ -45,19 +45,20 @@ fn a_pulled_grain_is_no_excuse() {
         &pulled,
         "exponential.O exponential.A exponential.B conclusion",
     );
-    let shapes = |of: &Claims| -> Vec<(String, usize)> {
-        let rows = of.claims.iter().flat_map(|claim| &claim.rows);
+    let shapes = |claims: &Claims| -> Vec<(String, usize)> {
+        let rows = claims.claims.iter().flat_map(|claim| &claim.rows);
         let shapes = rows.filter(|row| row.what.ends_with("gamma shape"));
         shapes.map(|row| (row.what.clone(), row.packings)).collect()
     };
     let (sound, pulled) = (shapes(&sound), shapes(&pulled));
     assert!(!sound.is_empty());
     // It is no part of the sample that a shape is of, and that is said.
-    let of_loads = |of: &&(String, usize)| of.0.starts_with("Σ_zz of grains");
-    let counts = |of: &[(String, usize)]| {
-        of.iter()
+    let of_loads = |shape: &&(String, usize)| shape.0.starts_with("Σ_zz of grains");
+    let counts = |shapes: &[(String, usize)]| {
+        shapes
+            .iter()
             .filter(of_loads)
-            .map(|of| of.1)
+            .map(|shape| shape.1)
             .collect::<Vec<_>>()
     };
     assert_eq!(counts(&sound), [600; 3]);
@@ -67,8 +68,11 @@ fn a_pulled_grain_is_no_excuse() {
 /// Where no stress can be computed from, a claim says so; that is neither evidence nor too little of it.
 #[test]
 fn what_cannot_be_computed_is_said() {
-    let claims = claims_where(|of| of.normal = Distribution::Exponential { mean: 0.0 });
-    let at_o = claims.claims.iter().find(|of| of.id == "exponential.O");
+    let claims = claims_where(|truth| truth.normal = Distribution::Exponential { mean: 0.0 });
+    let at_o = claims
+        .claims
+        .iter()
+        .find(|claim| claim.id == "exponential.O");
     let at_o = at_o.expect("is there");
     assert_eq!(at_o.verdict, None);
     assert!(
@@ -86,7 +90,7 @@ fn what_cannot_be_computed_is_said() {
 /// A third more at A: what is said of A and of all points fails, what is said of O, B and of forms does not.
 #[test]
 fn a_biased_mean_is_noticed() {
-    let claims = claims_where(|of| of.factor = [1.0, 1.3, 1.0]);
+    let claims = claims_where(|truth| truth.factor = [1.0, 1.3, 1.0]);
     let others = "mean.A extensive exponential.theory large_scale conclusion earlier.scale";
     only(&claims, others);
 }
@@ -94,7 +98,7 @@ fn a_biased_mean_is_noticed() {
 /// Half of every cell's stress in common: neighbours correlate, and the variation stops to fall.
 #[test]
 fn cells_that_hang_together_are_noticed() {
-    let claims = claims_where(|of| (of.common, of.members) = (0.4, 320));
+    let claims = claims_where(|truth| (truth.common, truth.members) = (0.4, 320));
     let ids = "independence variation.load variation.gravity erlang large_scale";
     none_of(&claims, ids);
     let exponent = claims.figures.volumes[0].exponent.expect("many packings");
@@ -108,9 +112,9 @@ fn cells_that_hang_together_are_noticed() {
 #[test]
 fn normal_shear_and_tension_are_noticed() {
     let (mean, deviation) = (0.0, 4200.0);
-    let claims = claims_where(|of| {
-        of.shear = Distribution::Normal { mean, deviation };
-        (of.gravity_shift, of.members) = (-0.1, 320);
+    let claims = claims_where(|truth| {
+        truth.shear = Distribution::Normal { mean, deviation };
+        (truth.gravity_shift, truth.members) = (-0.1, 320);
     });
     none_of(&claims, "laplace earlier.shear positive");
     assert_ne!(verdict(&claims, "earlier.normal"), Some(NO));

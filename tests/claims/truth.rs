@@ -111,14 +111,14 @@ fn fields(truth: &Truth, moment: Moment, table: &[Vec<f64>], source: &mut Source
 
 pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
     let tables = [Moment::Loaded, Moment::Settled].map(|moment| -> Vec<Vec<f64>> {
-        let of = |point: &grains::scene::ControlPoint| {
+        let cells_at = |point: &grains::scene::ControlPoint| {
             let area = |grains: &usize| CELL * *grains as f64;
             let stress = |grains: &usize| {
                 claims::continuum(scene, moment, point.offset, point.depth, area(grains))
             };
             GROWING.iter().map(stress).collect()
         };
-        scene.control_points.iter().map(of).collect()
+        scene.control_points.iter().map(cells_at).collect()
     });
     (1..=truth.members)
         .map(|number| {

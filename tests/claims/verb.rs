@@ -20,10 +20,12 @@ fn write_campaign(folder: &Path, truth: &Truth) {
     let plan = Plan::new(campaign, None).expect("a plan");
     plan.write(folder).expect("a new folder");
     let members = members(&scene, truth);
-    let lines = members.iter().map(|of| record_line(&plan.digest(), of));
+    let lines = members
+        .iter()
+        .map(|member| record_line(&plan.digest(), member));
     let lines: String = lines.collect();
     fs::write(folder.join("records/shard-1-of-1.jsonl"), lines).expect("a writable folder");
-    let merged = StudyFolder::<Campaign>::open(folder).and_then(|of| of.merge());
+    let merged = StudyFolder::<Campaign>::open(folder).and_then(|study| study.merge());
     merged.expect("whole rows");
 }
 
@@ -81,7 +83,7 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
             }
         }
         assert!(!beds.is_empty() && line.len() == 21, "{name}");
-        assert!(beds.iter().all(|of| line[0] < *of && *of < line[20]));
+        assert!(beds.iter().all(|bed| line[0] < *bed && *bed < line[20]));
     }
     // An earlier result is kept, and a folder without one is never written into.
     let (code, _, errors) = say(at, "study claims many --out few-claims");
@@ -108,7 +110,7 @@ fn two_campaigns_stand_side_by_side_claim_by_claim() {
     };
     let both = read("both/claims.json");
     let height = |claims: &[Claim]| {
-        let own = claims.iter().find(|of| of.id == "height");
+        let own = claims.iter().find(|claim| claim.id == "height");
         own.expect("the claim of the height").verdict
     };
     let beside = both.beside.as_ref().expect("the other campaign");

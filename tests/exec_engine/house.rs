@@ -86,7 +86,7 @@ fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
     // What an earlier run left is not judged in the place of a program that is missing.
     let (code, more) = judged_here(place, "third", "missing.py");
     assert_eq!(code, Some(2), "{more}");
-    let [page, summary] = [&more, &summary].map(|of| of.matches("WORSE").count());
+    let [page, summary] = [&more, &summary].map(|text| text.matches("WORSE").count());
     assert_eq!(page, summary);
 }
 

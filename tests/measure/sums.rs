@@ -43,13 +43,13 @@ fn a_neighbourhood_has_the_nearest_grains_in_order() {
     }
     assert_eq!(found.together.len(), GROWING.len());
     for (together, count) in found.together.iter().zip(GROWING) {
-        let of = &order[..count];
+        let nearest = &order[..count];
         assert_eq!(together.grains, count);
-        let sum: f64 = of.iter().map(|id| (*id + 1) as f64).sum();
+        let sum: f64 = nearest.iter().map(|id| (*id + 1) as f64).sum();
         assert_eq!(together.zz, sum);
-        let volume: f64 = of.iter().map(|id| cells.area[*id]).sum();
+        let volume: f64 = nearest.iter().map(|id| cells.area[*id]).sum();
         assert_approx_eq!(together.cell, volume, 1e-15);
-        let rise = of
+        let rise = nearest
             .iter()
             .map(|id| cells.area[*id] * (bodies.z[*id] - place[1]));
         let rise: f64 = rise.sum();
@@ -63,7 +63,7 @@ fn a_neighbourhood_has_the_nearest_grains_in_order() {
     }
     let bed = bed_of(&few, &[]);
     let found = neighbourhood::of("P", place, bed, &cells, &extensive);
-    let counts: Vec<usize> = found.together.iter().map(|of| of.grains).collect();
+    let counts: Vec<usize> = found.together.iter().map(|cells| cells.grains).collect();
     assert_eq!(counts, [1, 2, 4, 8]);
 }
 

@@ -88,7 +88,7 @@ fn friction_has_the_bits_of_the_reference_while_pouring() {
 /// Whether contacts bear more tangential force than rounding gives.
 fn rubs(moment: &Snapshot) -> bool {
     let mut contacts = moment.contacts.iter();
-    contacts.any(|of| of.tangential_force.abs() > 1.0e-6 * of.normal_force.abs())
+    contacts.any(|contact| contact.tangential_force.abs() > 1.0e-6 * contact.normal_force.abs())
 }
 
 /// The punch goes deep, whatever it bears.
@@ -138,9 +138,10 @@ fn friction_apart_beside_dashpots_has_the_bits_of_the_reference() {
     let limits = Model::of(&scene).law.friction_angles().map(f64::tan);
     let ids = BodyIds::of_box(scene.particles.count);
     let mut sliding = [0; 3];
-    for of in moments.iter().flat_map(|of| &of.contacts) {
-        let kind = ids.body(of.id1) as usize;
-        let at_limit = (of.tangential_force.abs() / of.normal_force / limits[kind] - 1.0).abs();
+    for contact in moments.iter().flat_map(|moment| &moment.contacts) {
+        let kind = ids.body(contact.id1) as usize;
+        let at_limit =
+            (contact.tangential_force.abs() / contact.normal_force / limits[kind] - 1.0).abs();
         sliding[kind] += usize::from(at_limit < 1.0e-9);
     }
     assert!(!sliding.contains(&0), "{sliding:?}");

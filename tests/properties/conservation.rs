@@ -28,7 +28,7 @@ fn on_grains(case: &Case, bodies: &Bodies, contacts: &[Contact]) -> Vec<([f64; 3
         let between_grains = (contact.id1 as usize) < bodies.len();
         let mut add = |id: u32, sign: f64| {
             let i = id as usize;
-            let [fx, fz] = force.map(|of| sign * of);
+            let [fx, fz] = force.map(|component| sign * component);
             let [x, z] = contact.point;
             let mut arm = [x - bodies.x[i], z - bodies.z[i]];
             if arms == TorqueArms::HalfOverlap && !between_grains {
@@ -85,25 +85,28 @@ proptest! {
         let [before, after] = &run(&case)[..] else {
             panic!("two moments");
         };
-        let (of, dt) = (&before.bodies, case.model.dt);
+        let (bodies, dt) = (&before.bodies, case.model.dt);
         let mut on_punch = 0.0;
-        for (i, (push, size)) in on_grains(&case, of, &before.contacts).iter().enumerate() {
-            for (axis, old, new) in [(0, &of.vx, &after.bodies.vx), (1, &of.vz, &after.bodies.vz)] {
-                let gained = of.mass[i] * (new[i] - old[i]);
-                let given = dt * (push[axis] + of.mass[i] * case.model.gravity[axis]);
-                let slack = 1.0e-12 * (dt * size[0] + of.mass[i] * (old[i].abs() + new[i].abs()));
+        for (i, (push, size)) in on_grains(&case, bodies, &before.contacts).iter().enumerate() {
+            let columns = [(0, &bodies.vx, &after.bodies.vx), (1, &bodies.vz, &after.bodies.vz)];
+            for (axis, old, new) in columns {
+                let gained = bodies.mass[i] * (new[i] - old[i]);
+                let given = dt * (push[axis] + bodies.mass[i] * case.model.gravity[axis]);
+                let speed = old[i].abs() + new[i].abs();
+                let slack = 1.0e-12 * (dt * size[0] + bodies.mass[i] * speed);
                 prop_assert!((gained - given).abs() <= slack, "grain {i}: {gained} {given}");
             }
-            if of.rotate() {
-                let gained = of.inertia[i] * (after.bodies.spin[i] - of.spin[i]);
-                let speed = of.spin[i].abs() + after.bodies.spin[i].abs();
+            if bodies.rotate() {
+                let gained = bodies.inertia[i] * (after.bodies.spin[i] - bodies.spin[i]);
+                let speed = bodies.spin[i].abs() + after.bodies.spin[i].abs();
                 // A contact point is known to a rounding of the place, not of the arm.
-                let slack = 1.0e-11 * (dt * (size[1] + size[0] * LARGEST) + of.inertia[i] * speed);
+                let torque = size[1] + size[0] * LARGEST;
+                let slack = 1.0e-11 * (dt * torque + bodies.inertia[i] * speed);
                 let given = dt * push[2];
                 prop_assert!((gained - given).abs() <= slack, "grain {i}: {gained} {given}");
             }
         }
-        let id = (of.len() + case.model.walls.len()) as u32;
+        let id = (bodies.len() + case.model.walls.len()) as u32;
         let mut size = 0.0;
         for contact in before.contacts.iter().filter(|contact| contact.id1 == id) {
             on_punch -= contact.force()[1];

@@ -56,8 +56,10 @@ proptest! {
     ) {
         let case = to_and_fro(sides, law, gap, drift, spin);
         is_like_the_reference(&case, 0.1)?;
-        let touches: Vec<bool> = run(&case).iter().map(|of| !of.contacts.is_empty()).collect();
-        let met = touches.windows(2).filter(|of| **of == [false, true]).count();
+        let found = run(&case);
+        let touches = found.iter().map(|moment| !moment.contacts.is_empty());
+        let touches: Vec<bool> = touches.collect();
+        let met = touches.windows(2).filter(|pair| **pair == [false, true]).count();
         prop_assert!(met >= 3, "{met}");
     }
 }

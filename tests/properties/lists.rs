@@ -49,7 +49,7 @@ proptest! {
         skin in skin(),
     ) {
         let bodies = &mut case.bodies;
-        bodies.x.iter_mut().chain(&mut bodies.z).for_each(|of| *of += shift);
+        bodies.x.iter_mut().chain(&mut bodies.z).for_each(|coordinate| *coordinate += shift);
         for (place, id) in far {
             let id = id % bodies.len();
             bodies.x[id] += away * place[0];
@@ -59,7 +59,7 @@ proptest! {
             wall.place += shift;
         }
         if let Some(punch) = &mut case.punch {
-            punch.centre = punch.centre.map(|of| of + shift);
+            punch.centre = punch.centre.map(|coordinate| coordinate + shift);
         }
         is_like_the_reference(&case, skin)?;
     }
@@ -82,13 +82,13 @@ proptest! {
             .enumerate()
             .map(|(index, size)| {
                 let place = [(index % 5) as f64, (index / 5) as f64];
-                Grain::disc(place.map(|of| 3.0 * LARGEST * of), size * LARGEST, DENSITY)
+                Grain::disc(place.map(|index| 3.0 * LARGEST * index), size * LARGEST, DENSITY)
             })
             .collect();
         let dt = 1.0e-4;
         let mut case = case("at rest", model(springs(MODULUS), dt), &grains, (0..80).collect());
-        let half = half.map(|of| of * LARGEST);
-        let [axis, bottom] = place.map(|of| of * LARGEST);
+        let half = half.map(|side| side * LARGEST);
+        let [axis, bottom] = place.map(|coordinate| coordinate * LARGEST);
         case.punch = Some(punch(axis, bottom, half, stride * LARGEST / dt));
         is_like_the_reference(&case, skin)?;
     }

@@ -21,20 +21,20 @@ impl Mirror {
         }
     }
 
-    fn bodies(self, of: &Bodies) -> Bodies {
-        let mut mirrored = of.clone();
-        for i in 0..of.len() {
-            [mirrored.x[i], mirrored.z[i]] = self.vector([of.x[i], of.z[i]]);
-            [mirrored.vx[i], mirrored.vz[i]] = self.vector([of.vx[i], of.vz[i]]);
+    fn bodies(self, bodies: &Bodies) -> Bodies {
+        let mut mirrored = bodies.clone();
+        for i in 0..bodies.len() {
+            [mirrored.x[i], mirrored.z[i]] = self.vector([bodies.x[i], bodies.z[i]]);
+            [mirrored.vx[i], mirrored.vz[i]] = self.vector([bodies.vx[i], bodies.vz[i]]);
         }
         mirrored.spin.iter_mut().for_each(|spin| *spin = -*spin);
         mirrored
     }
 
-    fn case(self, of: &Case) -> Case {
-        let mut mirrored = of.clone();
-        mirrored.bodies = self.bodies(&of.bodies);
-        mirrored.model.gravity = self.vector(of.model.gravity);
+    fn case(self, case: &Case) -> Case {
+        let mut mirrored = case.clone();
+        mirrored.bodies = self.bodies(&case.bodies);
+        mirrored.model.gravity = self.vector(case.model.gravity);
         for Wall { axis, place } in &mut mirrored.model.walls {
             match (self, *axis) {
                 (Mirror::Upright, Axis::X) => *place = -*place,
@@ -49,12 +49,12 @@ impl Mirror {
         mirrored
     }
 
-    fn contact(self, of: &Contact) -> Contact {
+    fn contact(self, contact: &Contact) -> Contact {
         Contact {
-            tangential_force: -of.tangential_force,
-            normal: self.vector(of.normal),
-            point: self.vector(of.point),
-            ..*of
+            tangential_force: -contact.tangential_force,
+            normal: self.vector(contact.normal),
+            point: self.vector(contact.point),
+            ..*contact
         }
     }
 }
@@ -70,10 +70,10 @@ fn is_mirrored(case: &Case, mirror: Mirror) -> Result<(), TestCaseError> {
 }
 
 /// The case in units of which ours are these powers of two: of length, time and mass.
-fn in_other_units(of: &Case, [length, time, mass]: [i32; 3]) -> Case {
+fn in_other_units(case: &Case, [length, time, mass]: [i32; 3]) -> Case {
     let unit = |l: i32, t: i32, m: i32| 2f64.powi(l * length + t * time + m * mass);
     let all = |column: &mut Vec<f64>, unit: f64| column.iter_mut().for_each(|v| *v *= unit);
-    let mut case = of.clone();
+    let mut case = case.clone();
     let model = &mut case.model;
     model.dt *= unit(0, 1, 0);
     model.gravity = model.gravity.map(|g| g * unit(1, -2, 0));
@@ -85,8 +85,8 @@ fn in_other_units(of: &Case, [length, time, mass]: [i32; 3]) -> Case {
         wall.place *= unit(1, 0, 0);
     }
     if let Some(punch) = &mut case.punch {
-        punch.centre = punch.centre.map(|of| of * unit(1, 0, 0));
-        punch.half_extents = punch.half_extents.map(|of| of * unit(1, 0, 0));
+        punch.centre = punch.centre.map(|coordinate| coordinate * unit(1, 0, 0));
+        punch.half_extents = punch.half_extents.map(|extent| extent * unit(1, 0, 0));
         punch.velocity *= unit(1, -1, 0);
     }
     let bodies = &mut case.bodies;
@@ -133,12 +133,12 @@ proptest! {
             let contacts: Vec<Contact> = one
                 .contacts
                 .iter()
-                .map(|of| Contact {
-                    overlap: of.overlap * metre,
-                    normal_force: of.normal_force * force,
-                    tangential_force: of.tangential_force * force,
-                    point: of.point.map(|at| at * metre),
-                    ..*of
+                .map(|contact| Contact {
+                    overlap: contact.overlap * metre,
+                    normal_force: contact.normal_force * force,
+                    tangential_force: contact.tangential_force * force,
+                    point: contact.point.map(|at| at * metre),
+                    ..*contact
                 })
                 .collect();
             prop_assert_eq!(contacts, other.contacts);
@@ -162,10 +162,10 @@ proptest! {
             .moving([0.0, speeds[2] * LARGEST / dt])
             .spinning(speeds[3] / dt);
         let smooth = law.friction_angle == 0.0 && law.contact.viscosity == Viscosity::None;
-        let of = |grains| run(&case("two", model(law.clone(), dt), grains, vec![0, 1, 30]));
-        for (a, b) in of(&[one, two]).iter().zip(of(&[two, one])) {
+        let track = |grains| run(&case("two", model(law.clone(), dt), grains, vec![0, 1, 30]));
+        for (a, b) in track(&[one, two]).iter().zip(track(&[two, one])) {
             for ((_, a), (_, b)) in a.bodies.motion().into_iter().zip(b.bodies.motion()) {
-                let size = a.iter().fold(0.0f64, |size, of| size.max(of.abs()));
+                let size = a.iter().fold(0.0f64, |size, number| size.max(number.abs()));
                 for (a, b) in a.iter().zip(b.iter().rev()) {
                     let off = (a - b).abs();
                     prop_assert!(if smooth { off == 0.0 } else { off <= 1.0e-9 * size }, "{a} {b}");

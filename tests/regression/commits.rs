@@ -21,8 +21,8 @@ fn repository(folder: &Path, values: &[Option<[f64; 2]>]) -> Vec<String> {
     git(folder, &["init", "-q"]);
     let script = "mkdir out; grep -v broken made.json > out/verify.json || rm out/verify.json\n";
     fs::write(folder.join("make.sh"), script).expect("written");
-    let commits = values.iter().enumerate().map(|(index, of)| {
-        let text = of.map_or("broken".to_owned(), |[value, speed]| record(value, speed));
+    let commits = values.iter().enumerate().map(|(index, numbers)| {
+        let text = numbers.map_or("broken".to_owned(), |[value, speed]| record(value, speed));
         fs::write(folder.join("made.json"), format!("{text}\n")).expect("written");
         fs::write(folder.join("count"), index.to_string()).expect("written");
         git(folder, &["add", "-A"]);
@@ -110,14 +110,17 @@ fn a_history_says_which_commit_changed_what() {
         format!("report history --repository . --store ../{last} --out ../over-time")
     };
     let (said, _) = ends(folder, 0, &keep(8));
-    let short = |of: usize| &commits[of][..12];
-    let row = |of: usize, what: &str| {
-        let (change, mut lines) = (format!("change {of}"), said.lines());
+    let short = |index: usize| &commits[index][..12];
+    let row = |index: usize, what: &str| {
+        let (change, mut lines) = (format!("change {index}"), said.lines());
         let found = lines.any(|line| {
-            let cells = line.split("  ").map(str::trim).filter(|of| !of.is_empty());
+            let cells = line
+                .split("  ")
+                .map(str::trim)
+                .filter(|cell| !cell.is_empty());
             let cells: Vec<&str> = cells.collect();
-            let wanted = [short(of), what, change.as_str()];
-            cells.first() == Some(&wanted[0]) && wanted.iter().all(|of| cells.contains(of))
+            let wanted = [short(index), what, change.as_str()];
+            cells.first() == Some(&wanted[0]) && wanted.iter().all(|cell| cells.contains(cell))
         });
         assert!(found, "{what}: {said}");
     };
@@ -204,11 +207,11 @@ fn a_repository_of_others_starts_no_program_and_is_not_written_into() {
     }
     let state = || {
         let mut files = below(&folder.join(".git"));
-        files.retain(|of| of.is_file());
+        files.retain(|file| file.is_file());
         files.sort();
         let files = files
             .into_iter()
-            .map(|of| (fs::read(&of).expect("read"), of));
+            .map(|file| (fs::read(&file).expect("read"), file));
         files.collect::<Vec<_>>()
     };
     let before = state();
@@ -236,8 +239,10 @@ fn of_eight_that_keep_a_baseline_of_one_name_at_once_one_does() {
     for time in 0..12 {
         let save = format!("report baseline save record.json main --store kept-{time}");
         let all: Vec<Child> = (0..8).map(|_| started(place, &save)).collect();
-        let codes = all.into_iter().map(|mut of| of.wait().expect("it ends"));
-        let mut codes: Vec<_> = codes.map(|of| of.code()).collect();
+        let codes = all
+            .into_iter()
+            .map(|mut child| child.wait().expect("it ends"));
+        let mut codes: Vec<_> = codes.map(|status| status.code()).collect();
         codes.sort_unstable();
         let one = [0, 2, 2, 2, 2, 2, 2, 2].map(Some);
         assert_eq!(codes, one, "time {time}");

@@ -120,13 +120,16 @@ fn all_that_is_wrong_is_said_at_once_at_the_keys_that_were_written() {
             panic!("{written}");
         };
         let mut found: Vec<String> = found.iter().map(ToString::to_string).collect();
-        let place = |of: &String| of.split_once(": /").expect("a line").1.to_owned();
-        found = found.iter().map(|of| format!("/{}", place(of))).collect();
+        let place = |problem: &String| problem.split_once(": /").expect("a line").1.to_owned();
+        found = found
+            .iter()
+            .map(|problem| format!("/{}", place(problem)))
+            .collect();
         found.sort();
         let is = |(found, wanted): (&String, &str)| found.starts_with(wanted);
         let wanted: Vec<&str> = wanted.split("; /").collect();
-        let wanted = wanted.iter().map(|of| of.trim_start_matches('/'));
-        let wanted: Vec<String> = wanted.map(|of| format!("/{of}")).collect();
+        let wanted = wanted.iter().map(|problem| problem.trim_start_matches('/'));
+        let wanted: Vec<String> = wanted.map(|problem| format!("/{problem}")).collect();
         let all = found.iter().zip(wanted.iter().map(String::as_str)).all(is);
         assert!(all && found.len() == wanted.len(), "{written}: {found:#?}");
     }
@@ -142,7 +145,7 @@ proptest::proptest! {
         bytes.truncate(bytes.len() - cut % bytes.len());
         let text = String::from_utf8(bytes).ok();
         let refused = text.and_then(|text| parse_scene(&text).err());
-        proptest::prop_assert!(refused.is_none_or(|of| !of.to_string().is_empty()));
+        proptest::prop_assert!(refused.is_none_or(|error| !error.to_string().is_empty()));
     }
 }
 
@@ -159,14 +162,14 @@ fn what_a_scene_leaves_out_has_a_default_that_its_record_states() {
     assert_eq!(scene.material, paper.material);
     assert_eq!(scene.settle, paper.settle);
     assert_eq!(scene.loading.speed, 0.02);
-    let lengths = |of: &Scene| {
-        let loading = &of.loading;
-        let measured = &of.measurement;
-        let [half_width, depth] = [loading.half_width, of.control_points[0].depth];
+    let lengths = |scene: &Scene| {
+        let loading = &scene.loading;
+        let measured = &scene.measurement;
+        let [half_width, depth] = [loading.half_width, scene.control_points[0].depth];
         let volume = [measured.local_radius, measured.control_volume_side];
         let punch = [loading.punch_height, loading.give_up_depth];
         let lengths = [half_width, punch[0], punch[1], volume[0], volume[1], depth];
-        lengths.map(|length| (1e6 * length / of.particles.mean_diameter).round())
+        lengths.map(|length| (1e6 * length / scene.particles.mean_diameter).round())
     };
     assert_eq!(lengths(&scene), lengths(&paper));
     let Cloud::JitteredLattice { columns, .. } = scene.cloud;
@@ -211,6 +214,6 @@ fn very_many_unknown_keys_are_refused_in_time() {
     let keys: Vec<String> = (0..50_000).map(|key| format!("\"k{key}\": 0")).collect();
     let began = Instant::now();
     let refused = parse_scene(&format!("{{{}}}", keys.join(", ")));
-    assert!(matches!(refused, Err(SceneError::Problems(of)) if of.len() > 50_000));
+    assert!(matches!(refused, Err(SceneError::Problems(problems)) if problems.len() > 50_000));
     assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
 }

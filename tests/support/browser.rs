@@ -122,9 +122,9 @@ impl Browser {
         }
     }
 
-    fn answer(&self, of: &str) -> Value {
+    fn answer(&self, method: &str) -> Value {
         let answer = self.answers.recv_timeout(PATIENCE);
-        answer.unwrap_or_else(|error| missing(of, &error))
+        answer.unwrap_or_else(|error| missing(method, &error))
     }
 
     /// Opens a file and waits until it is loaded and drawn.
@@ -148,7 +148,10 @@ impl Browser {
 
     /// What kinds of things happened since the page was opened, their parameters.
     pub fn of(&self, method: &str) -> impl Iterator<Item = &Value> {
-        let events = self.events.iter().filter(move |of| of["method"] == method);
+        let events = self
+            .events
+            .iter()
+            .filter(move |event| event["method"] == method);
         events.map(|event| &event["params"])
     }
 
@@ -234,7 +237,7 @@ impl Browser {
 /// Bytes from their base64 text.
 fn base64(text: &str) -> Vec<u8> {
     const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let value = |letter: u8| LETTERS.iter().position(|of| *of == letter);
+    let value = |letter: u8| LETTERS.iter().position(|other| *other == letter);
     let bits: Vec<usize> = text.bytes().filter_map(value).collect();
     let group = |four: &[usize]| {
         let all = four.iter().fold(0, |sum, bits| sum << 6 | bits) << (6 * (4 - four.len()));

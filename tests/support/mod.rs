@@ -111,7 +111,7 @@ const STAGES: &str = r#"
 /// The rows of [`STAGES`].
 pub fn stages() -> impl Iterator<Item = (&'static str, &'static str, [bool; 2], bool)> {
     rows(STAGES).map(|[name, changes, settled, loaded, yade]| {
-        let [settled, loaded, yade] = [settled, loaded, yade].map(|of| of == "yes");
+        let [settled, loaded, yade] = [settled, loaded, yade].map(|word| word == "yes");
         (name, changes, [settled, loaded], yade)
     })
 }
@@ -298,7 +298,7 @@ pub fn peak_memory(process: u32) -> u64 {
     }
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let number = peak.and_then(|of| of.split_whitespace().next()?.parse().ok());
+    let number = peak.and_then(|rest| rest.split_whitespace().next()?.parse().ok());
     number.unwrap_or(0)
 }
 
@@ -313,10 +313,10 @@ pub fn is_running(process: u32) -> bool {
 pub fn at_work_in(folder: &Path) -> usize {
     let (text, own) = (folder.to_string_lossy(), std::process::id().to_string());
     let others = fs::read_dir("/proc").expect("Linux").flatten();
-    let others = others.filter(|of| of.file_name().to_string_lossy() != own);
-    let inside = others.filter(|of| {
-        let command = fs::read(of.path().join("cmdline")).unwrap_or_default();
-        let place = fs::read_link(of.path().join("cwd"));
+    let others = others.filter(|process| process.file_name().to_string_lossy() != own);
+    let inside = others.filter(|process| {
+        let command = fs::read(process.path().join("cmdline")).unwrap_or_default();
+        let place = fs::read_link(process.path().join("cwd"));
         place.is_ok_and(|place| place.starts_with(folder))
             || String::from_utf8_lossy(&command).contains(&*text)
     });
@@ -335,7 +335,8 @@ pub fn git(folder: &Path, words: &[&str]) -> String {
 
 /// Exit code, standard output, standard error.
 pub fn told(output: &Output) -> (i32, String, String) {
-    let [out, errors] = [&output.stdout, &output.stderr].map(|of| String::from_utf8_lossy(of));
+    let [out, errors] =
+        [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
     let code = output.status.code().unwrap_or(-1);
     (code, out.into_owned(), errors.into_owned())
 }

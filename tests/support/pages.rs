@@ -26,7 +26,7 @@ pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
         figures += 1;
         assert!(page.html.contains(text.trim()), "{name}");
         let mut files = page.files.iter();
-        let csv = files.find(|of| of.0 == format!("{figure}.csv"));
+        let csv = files.find(|file| file.0 == format!("{figure}.csv"));
         let (_, csv) = csv.expect("numbers");
         let mut rows = csv::Reader::from_reader(csv.as_bytes());
         let mut count = 0;
@@ -43,21 +43,23 @@ pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
 
 /// The words of a picture, none of which lies over others or is cut off.
 pub fn words_apart(page: &Page, name: &str) -> Vec<String> {
-    let (_, svg) = page.files.iter().find(|of| of.0 == name).expect(name);
-    let number = |of: &str, after: &str| -> f64 {
-        let rest = of.split_once(after).expect("a place").1;
+    let (_, svg) = page.files.iter().find(|file| file.0 == name).expect(name);
+    let number = |text: &str, after: &str| -> f64 {
+        let rest = text.split_once(after).expect("a place").1;
         let end = rest.find(['"', ' ', ')']).expect("its end");
         rest[..end].parse().expect("a number")
     };
     let size = svg.split_once("viewBox=\"0 0 ").expect("a size").1;
     let size: Vec<f64> = size
         .split(['"', ' '])
-        .map_while(|of| of.parse().ok())
+        .map_while(|word| word.parse().ok())
         .collect();
     let mut boxes: Vec<(String, f64, [f64; 4])> = Vec::new();
     for (at, _) in svg.match_indices("<text ") {
-        let (before, of) = svg.split_at(at);
-        let content = of.split_once('>').and_then(|of| of.1.split_once('<'));
+        let (before, after) = svg.split_at(at);
+        let content = after
+            .split_once('>')
+            .and_then(|parts| parts.1.split_once('<'));
         let content = content.expect("words").0.to_owned();
         let group = &before[before.rfind("<g ").unwrap_or(0)..];
         let turned = group.contains("rotate(") && !group.contains("</g>");
@@ -70,7 +72,7 @@ pub fn words_apart(page: &Page, name: &str) -> Vec<String> {
                 ];
                 (place, number(group, "rotate(").to_radians())
             }
-            false => ([number(of, " x=\""), number(of, " y=\"")], 0.0),
+            false => ([number(after, " x=\""), number(after, " y=\"")], 0.0),
         };
         let (sin, cos) = angle.sin_cos();
         // Along the words and across them.
@@ -83,7 +85,7 @@ pub fn words_apart(page: &Page, name: &str) -> Vec<String> {
         let anchors = [("start", 0.0), ("middle", 0.5), ("end", 1.0)];
         let anchor = anchors
             .iter()
-            .find(|(word, _)| of[..of.find('>').expect("an end")].contains(word));
+            .find(|(word, _)| after[..after.find('>').expect("an end")].contains(word));
         let from = along - anchor.expect("an anchor").1 * length;
         let own = [from, across - 9.0, from + length, across + 1.0];
         for [u, v] in [
@@ -96,8 +98,9 @@ pub fn words_apart(page: &Page, name: &str) -> Vec<String> {
             let within = x >= -1.0 && x <= size[0] + 1.0 && y >= -1.0 && y <= size[1] + 1.0;
             assert!(within, "{name}: {content} is cut off at {x:.0} {y:.0}");
         }
-        for (other, other_angle, of) in &boxes {
-            let meets = own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3];
+        for (other, other_angle, there) in &boxes {
+            let meets =
+                own[0] < there[2] && there[0] < own[2] && own[1] < there[3] && there[1] < own[3];
             assert!(
                 !meets || *other_angle != angle,
                 "{name}: {content} lies over {other}"
@@ -105,5 +108,5 @@ pub fn words_apart(page: &Page, name: &str) -> Vec<String> {
         }
         boxes.push((content, angle, own));
     }
-    boxes.into_iter().map(|of| of.0).collect()
+    boxes.into_iter().map(|(content, ..)| content).collect()
 }

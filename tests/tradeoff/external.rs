@@ -100,7 +100,7 @@ fn an_engine_that_crashes_is_a_member_that_failed() {
 
 #[test]
 fn another_program_is_another_method() {
-    let of = |text: &str| {
+    let described = |text: &str| {
         let folder = &new_folder();
         let path = program(folder, "engine.py", text);
         let external = ExternalEngine::ask(Options::new(path)).expect("an engine");
@@ -110,9 +110,9 @@ fn another_program_is_another_method() {
         (plan.reference.specification.digest(), digest)
     };
     let one = format!("{SOUND}{SETTLES}{AND_THEN}");
-    assert_eq!(of(&one), of(&one));
-    assert_ne!(of(&one).1, of(&format!("{one}# changed\n")).1);
-    assert_ne!(of(&one).1, of(&one).0);
+    assert_eq!(described(&one), described(&one));
+    assert_ne!(described(&one).1, described(&format!("{one}# changed\n")).1);
+    assert_ne!(described(&one).1, described(&one).0);
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn lammps_makes_and_loads_the_bed_that_the_native_engine_makes() {
     let point = &record.points[0];
     assert_eq!(point.screened.endings.reached, 1, "{words}");
     let height = point.screened.of("settled.height.mean_surface");
-    let height = height.map(|of| of.paired.difference.estimate);
+    let height = height.map(|difference| difference.paired.difference.estimate);
     let near = height.is_none_or(|height| height.abs() < 0.005);
     assert!(near, "{height:?}");
     assert!(point.costs.is_some_and(|costs| costs.pour_steps > 1000.0));
