@@ -525,7 +525,8 @@ pub fn value_name(variant: &impl ValueEnum) -> String {
 fn of_model(model: &Model) -> Vec<Part> {
     let contact = &model.law.contact;
     let adheres = |law| contact.adhesion.is_some() && contact.adhesion_law == law;
-    let has = |kind: fn(&Surface) -> bool| model.obstacles.iter().any(|of| kind(&of.shape));
+    let has =
+        |kind: fn(&Surface) -> bool| model.obstacles.iter().any(|obstacle| kind(&obstacle.shape));
     let asked = [
         (Part::NormalSpring, true),
         (Part::TangentialSpring, model.law.has_friction()),

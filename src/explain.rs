@@ -84,13 +84,13 @@ mod tests {
             ("parameters/everything/dt", "parameters/*"),
         ] {
             assert_eq!(
-                of(id).map(|explanation| explanation.pattern),
+                super::of(id).map(|explanation| explanation.pattern),
                 Some(pattern),
                 "{id}"
             );
         }
-        assert_eq!(of("bake/a"), None);
-        assert_eq!(of(""), None);
+        assert_eq!(super::of("bake/a"), None);
+        assert_eq!(super::of(""), None);
     }
 
     #[test]

@@ -53,8 +53,9 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
     let setting = &plan.beds.0[3][1];
     let cloud = setting.realizations().nth(2).expect("three clouds");
     let mut all = rows.iter().flatten();
-    let own = all
-        .find(|of| of.specification == setting.specification.digest() && of.realization == cloud);
+    let own = all.find(|member| {
+        member.specification == setting.specification.digest() && member.realization == cloud
+    });
     let engines = Engines::default();
     let whole = Member::run(&setting.specification, cloud, &engines, Path::new(""), keep);
     let whole = Member {
@@ -97,7 +98,10 @@ fn made_up(truth: &[f64]) -> (Plan, Search) {
         (figure.value, figure.deviation) = (law(index, truth), 0.1);
         figure.inflation = 1.0;
     }
-    let ids = search.figures.iter().map(|of: &Figure| of.id.clone());
+    let ids = search
+        .figures
+        .iter()
+        .map(|figure: &Figure| figure.id.clone());
     let ids: Vec<String> = ids.collect();
     for (bed, loads) in (0..).zip(&plan.beds.0) {
         for setting in loads {
@@ -108,8 +112,8 @@ fn made_up(truth: &[f64]) -> (Plan, Search) {
                 mean,
                 variance: 0.01,
             });
-            let of = ids.iter().cloned().zip(sampled).collect();
-            search.observed.push(Observed { at, bed, of });
+            let sampled = ids.iter().cloned().zip(sampled).collect();
+            search.observed.push(Observed { at, bed, sampled });
         }
     }
     (plan, search)
@@ -127,12 +131,12 @@ fn the_next_wave_is_near_the_setting_that_made_the_figures() {
     let counts = (next.wave, next.beds.0.len(), next.before.len());
     assert_eq!(counts, (2, 8, 80));
     next.check().expect("sound");
-    let clouds = |of: &Plan| -> Vec<[u64; 2]> {
-        let beds = of.beds.0.iter();
+    let clouds = |plan: &Plan| -> Vec<[u64; 2]> {
+        let beds = plan.beds.0.iter();
         beds.map(|bed| bed[0].clouds[0]).collect()
     };
-    for of in clouds(&next) {
-        assert!(!clouds(&plan).contains(&of));
+    for range in clouds(&next) {
+        assert!(!clouds(&plan).contains(&range));
     }
     for setting in next.beds.0.iter().flatten() {
         let candidate = matched.candidate(setting.at.clone());
@@ -146,7 +150,7 @@ fn the_picture_has_values_on_its_axes_and_says_which_choices_matter() {
     let recorded: Search = recorded_of(root("reference_data/search-1/wave-2"));
     let page = report::page(&recorded.document());
     let words = words_apart(&page, "pairs.svg");
-    let count = |word: &str| words.iter().filter(|of| *of == word).count();
+    let count = |word: &str| words.iter().filter(|seen| *seen == word).count();
     for axis in &AXES {
         for (_, word) in axis.scale.ticks() {
             assert!(count(&word) >= 2, "{}: {word}", axis.name);
@@ -157,7 +161,7 @@ fn the_picture_has_values_on_its_axes_and_says_which_choices_matter() {
     for axis in &AXES {
         has(&all, [axis.name]);
     }
-    let svg = page.files.iter().find(|of| of.0.ends_with("pairs.svg"));
+    let svg = page.files.iter().find(|file| file.0.ends_with("pairs.svg"));
     assert!(!svg.expect("a picture").1.contains("<circle"));
     let said = "only a part of their range, whatever the others are: friction in pouring 0 to 0.24 rad (of 0 to 0.6)";
     has(

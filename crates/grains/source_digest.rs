@@ -22,7 +22,7 @@ pub fn of_folder(folder: &Path) -> std::io::Result<String> {
     Ok(hash
         .finalize()
         .iter()
-        .map(|of| format!("{of:02x}"))
+        .map(|byte| format!("{byte:02x}"))
         .collect())
 }
 

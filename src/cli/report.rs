@@ -14,7 +14,7 @@ use crate::compare::baseline::history::{self, Repository};
 use crate::compare::baseline::{NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
-use crate::explain::{EXPLANATIONS, of};
+use crate::explain::{self, EXPLANATIONS};
 use crate::files::{Aside, FileError, Place, refuse_existing, write_folder, write_named};
 use crate::limits::stability::time_step;
 use crate::progress::say;
@@ -232,7 +232,7 @@ impl Explain {
             print(&kinds.collect::<String>())?;
             return Ok(exit::AGREED);
         };
-        let Some(found) = of(id) else {
+        let Some(found) = explain::of(id) else {
             let patterns = EXPLANATIONS.iter().map(|explanation| explanation.pattern);
             let kinds = patterns.filter_map(|pattern| pattern.split('/').next());
             let mut kinds: Vec<&str> = kinds.filter(|kind| *kind != "*").collect();

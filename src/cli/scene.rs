@@ -132,7 +132,7 @@ impl Parameters {
 
     fn show(&self, parameters: &[Parameter]) -> Result<u8, Error> {
         let table = Table::of("parameters", ASKED, parameters)
-            .column("of", |parameter| &parameter.of)
+            .column("of", |parameter| &parameter.bodies)
             .column("symbol", |parameter| parameter.symbol)
             .column("value", |parameter| digits(parameter.value))
             .column("unit", |parameter| parameter.unit);
@@ -142,7 +142,7 @@ impl Parameters {
 
     fn compare(&self, pairs: &[ParameterPair]) -> Result<u8, Error> {
         let table = Table::of("parameters", ASKED, pairs)
-            .column("of", |pair| &pair.native.of)
+            .column("of", |pair| &pair.native.bodies)
             .column("symbol", |pair| pair.native.symbol)
             .column("native", |pair| digits(pair.native.value))
             .column("YADE", |pair| pair.yade.map(digits))

@@ -137,17 +137,17 @@ pub struct SlurmArguments {
 
 /// Opens a study of any kind.
 pub fn open(path: &Path) -> Result<Box<dyn AnyStudy>, StudyError> {
-    fn of<S: Study + 'static>(path: &Path) -> Result<Box<dyn AnyStudy>, StudyError> {
+    fn opened<S: Study + 'static>(path: &Path) -> Result<Box<dyn AnyStudy>, StudyError> {
         Ok(Box::new(StudyFolder::<S>::open(path)?))
     }
     let kind = stored::kind(path)?;
     match kind.as_str() {
-        Campaign::KIND => of::<Campaign>(path),
-        tradeoff::plan::Plan::KIND => of::<tradeoff::plan::Plan>(path),
-        candidates::Plan::KIND => of::<candidates::Plan>(path),
-        conventions::Plan::KIND => of::<conventions::Plan>(path),
-        search::Plan::KIND => of::<search::Plan>(path),
-        Stability::KIND => of::<Stability>(path),
+        Campaign::KIND => opened::<Campaign>(path),
+        tradeoff::plan::Plan::KIND => opened::<tradeoff::plan::Plan>(path),
+        candidates::Plan::KIND => opened::<candidates::Plan>(path),
+        conventions::Plan::KIND => opened::<conventions::Plan>(path),
+        search::Plan::KIND => opened::<search::Plan>(path),
+        Stability::KIND => opened::<Stability>(path),
         _ => {
             let reason = format!("this program has no studies of kind {kind:?}");
             Err(StudyError::not_a_study(path, reason))

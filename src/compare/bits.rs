@@ -110,14 +110,14 @@ pub fn bodies(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
 
 /// What motion does not change.
 fn sizes(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
-    fn of(bodies: &Bodies) -> [Column<'_>; 3] {
+    fn columns_of(bodies: &Bodies) -> [Column<'_>; 3] {
         [
             ("radius", &bodies.radius),
             ("mass", &bodies.mass),
             ("inertia", &bodies.inertia),
         ]
     }
-    columns(table, &of(a), &of(b))
+    columns(table, &columns_of(a), &columns_of(b))
 }
 
 /// What contacts in space have besides.
@@ -130,9 +130,9 @@ fn across(table: &str, a: &[Across], b: &[Across]) -> TableBits {
         ("ft y", |contact| contact.tangential[1]),
         ("ft z", |contact| contact.tangential[2]),
     ];
-    let of =
+    let values =
         |all: &[Across]| numbers.map(|(_, number)| all.iter().map(number).collect::<Vec<f64>>());
-    let [a, b] = [of(a), of(b)];
+    let [a, b] = [values(a), values(b)];
     let named = |at: usize, column| (numbers[at].0, column);
     let [a, b] = [&a, &b].map(|all| {
         let columns = all.iter().enumerate();
@@ -362,11 +362,11 @@ mod tests {
             tangential: [0.3, 0.4, 0.5],
         };
         let change: [fn(&mut Across); 5] = [
-            |of| of.normal = 1.0,
-            |of| of.point = 1.0,
-            |of| of.tangential[0] = 1.0,
-            |of| of.tangential[1] = 1.0,
-            |of| of.tangential[2] = 1.0,
+            |contact| contact.normal = 1.0,
+            |contact| contact.point = 1.0,
+            |contact| contact.tangential[0] = 1.0,
+            |contact| contact.tangential[1] = 1.0,
+            |contact| contact.tangential[2] = 1.0,
         ];
         assert_eq!(across("contacts", &[one], &[one]).differing, 0);
         for change in change {

@@ -416,11 +416,11 @@ fn ranges_in_words(ranges: &[Range]) -> String {
         };
         format!("{} {from_to}{unit}{}", range.what, range.unit)
     };
-    let of = |in_space: bool| -> Vec<String> {
+    let listed = |in_space: bool| -> Vec<String> {
         let there = ranges.iter().filter(|range| range.in_space == in_space);
         there.map(one).collect()
     };
-    let parts = [("in the plane", of(false)), ("in space", of(true))];
+    let parts = [("in the plane", listed(false)), ("in space", listed(true))];
     let parts = parts.into_iter().filter(|(_, ranges)| !ranges.is_empty());
     let parts: Vec<String> = parts
         .map(|(place, ranges)| format!("{place} {}", ranges.join(", ")))

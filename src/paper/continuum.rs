@@ -416,7 +416,7 @@ mod tests {
         );
     }
 
-    const fn of(spread: Spread, pressure: f64, half_width: f64) -> Load {
+    const fn load(spread: Spread, pressure: f64, half_width: f64) -> Load {
         Load {
             spread,
             pressure,
@@ -424,10 +424,10 @@ mod tests {
         }
     }
 
-    const UNIFORM: Load = of(Spread::Uniform, 44.4e3, 0.0225);
-    const PUNCH: Load = of(Spread::RigidPunch, 44.4e3, 0.0225);
+    const UNIFORM: Load = load(Spread::Uniform, 44.4e3, 0.0225);
+    const PUNCH: Load = load(Spread::RigidPunch, 44.4e3, 0.0225);
     /// As wide as the layers below are deep.
-    const WIDE: Load = of(Spread::RigidPunch, 1.0, 1.0);
+    const WIDE: Load = load(Spread::RigidPunch, 1.0, 1.0);
     const DEPTH: f64 = 0.46;
     const LAYER: Model = Model::Layer { depth: DEPTH };
     const BOX: Model = Model::Box {
@@ -495,7 +495,7 @@ mod tests {
     /// sums by hand; the integral is 0.9195.
     #[test]
     fn the_pressure_on_a_smooth_base_is_the_textbooks() {
-        let narrow = of(Spread::Uniform, 1e6, 0.5e-6);
+        let narrow = load(Spread::Uniform, 1e6, 0.5e-6);
         let layer = Field::new(Model::Layer { depth: 1.0 }, narrow);
         close(layer.stress(0.0, 1.0).zz, 0.918, 2e-3);
         let open = Field::new(Model::HalfSpace, narrow);
@@ -631,7 +631,7 @@ mod tests {
 
     #[test]
     fn a_load_at_the_surface_is_flamants() {
-        let load = of(Spread::Uniform, 3.0, 0.2);
+        let load = load(Spread::Uniform, 3.0, 0.2);
         for (x, z) in [(0.0, 0.1), (0.5, 0.3), (1.5, 2.0)] {
             for poisson in [0.1, 0.5] {
                 let flamant = strip_load(3.0, 0.2, x, z);

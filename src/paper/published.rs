@@ -39,7 +39,7 @@ pub struct Published {
     pub place: &'static str,
     /// The measured quantity of a realization.
     pub key: String,
-    pub of: Of,
+    pub statistic: Of,
     /// In `unit`.
     pub value: f64,
     /// Ours comes out if it is this near, in `unit`.
@@ -237,7 +237,7 @@ pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
         title: title.to_owned(),
         place: BED,
         key: key.to_owned(),
-        of: Of::Mean,
+        statistic: Of::Mean,
         value,
         tolerance: SCATTER,
         unit,
@@ -259,7 +259,7 @@ pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
             title: format!("{title} at {point}"),
             place,
             key: format!("loaded.stress.{point}.{what}"),
-            of: kind,
+            statistic: kind,
             value,
             tolerance: 0.1 * value,
             unit,

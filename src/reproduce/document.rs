@@ -252,7 +252,7 @@ impl Reproduction {
     fn parameters(&self) -> Option<Section> {
         let title = "Parameters of a few grains in contact, asked before anything was run";
         let table = Table::of("parameters", title, &self.facts)
-            .column("of", |pair| &pair.native.of)
+            .column("of", |pair| &pair.native.bodies)
             .column("symbol", |pair| pair.native.symbol)
             .column("native", |pair| pair.native.value)
             .column("YADE", |pair| pair.yade)

@@ -67,11 +67,11 @@ impl Plan {
         column.loading.give_up_depth = 1.0e-6;
         column.settle.max_steps = MOST_STEPS;
         let mut beds = Vec::new();
-        for (scene, of) in [(bed, ""), (column, COLUMN)] {
+        for (scene, suffix) in [(bed, ""), (column, COLUMN)] {
             let mut add = |id: &str, name: &str, axis: &str, rules: Rules| {
                 let mut scene = scene.clone();
                 scene.rules = rules;
-                let id = format!("{id}{}{of}", if of.is_empty() { "" } else { "-" });
+                let id = format!("{id}{}{suffix}", if suffix.is_empty() { "" } else { "-" });
                 let specification = Specification::native(scene);
                 beds.push(vec![Setting::new(&id, name, axis, specification, clouds)]);
             };
@@ -105,7 +105,7 @@ fn of_code(code: &str) -> Rules {
         let of_rule = Choice::all().filter(|choice| choice.rule().key == rule.key);
         let of_code = of_rule.filter(|choice| {
             let mut codes = choice.alternative().codes.split(", ");
-            codes.any(|of| of == code)
+            codes.any(|named| named == code)
         });
         if let [one] = of_code.collect::<Vec<_>>()[..] {
             one.set(&mut rules);
@@ -156,18 +156,23 @@ impl Conventions {
         let is_column = |setting: &Setting| setting.id.ends_with(COLUMN);
         let found = |setting: &Setting| {
             let mut all = plan.beds.settings();
-            let usual = all.find(|of| of.axis == USUAL && is_column(of) == is_column(setting))?;
+            let usual =
+                all.find(|other| other.axis == USUAL && is_column(other) == is_column(setting))?;
             let pair = |cloud| {
                 let one = members.get(&usual.specification, cloud)?;
                 Some((one, members.get(&setting.specification, cloud)?))
             };
             let pairs: Vec<(&Member, &Member)> = setting.realizations().filter_map(pair).collect();
-            let of_beds = QUANTITIES.iter().filter(|of| OF_BEDS.contains(&of.key));
+            let of_beds = QUANTITIES
+                .iter()
+                .filter(|quantity| OF_BEDS.contains(&quantity.key));
             let quantities: Vec<_> = match is_column(setting) {
                 true => vec![&OF_COLUMNS],
                 false => of_beds.collect(),
             };
-            let differences = quantities.iter().filter_map(|of| difference(of, &pairs));
+            let differences = quantities
+                .iter()
+                .filter_map(|quantity| difference(quantity, &pairs));
             (setting.axis != USUAL).then(|| Found {
                 id: setting.id.clone(),
                 name: setting.name.clone(),
@@ -183,20 +188,25 @@ impl Conventions {
 
     fn document(&self) -> Document {
         let all = self.settings.iter();
-        let rows = all.flat_map(|found| found.differences.iter().map(move |of| (found, of)));
+        let rows = all.flat_map(|found| {
+            found
+                .differences
+                .iter()
+                .map(move |difference| (found, difference))
+        });
         let rows: Vec<(&Found, &Difference)> = rows.collect();
-        let title = |(_, of): (&Found, &Difference)| {
+        let title = |(_, difference): (&Found, &Difference)| {
             let quantity = QUANTITIES
                 .iter()
                 .chain([&OF_COLUMNS])
-                .find(|quantity| quantity.key == of.key);
+                .find(|quantity| quantity.key == difference.key);
             quantity.map_or(String::new(), |quantity| {
                 format!("{}, {}", quantity.title, quantity.unit)
             })
         };
         let count = |finding| {
             rows.iter()
-                .filter(|(_, of)| of.finding == Some(finding))
+                .filter(|(_, difference)| difference.finding == Some(finding))
                 .count()
         };
         let [alike, other] = [Finding::Equivalent, Finding::Different].map(count);
@@ -207,12 +217,16 @@ impl Conventions {
         )
         .column("rule", |(found, _)| &found.name)
         .column("quantity", title)
-        .column("usual", |(_, of)| of.paired.first_mean)
-        .column("difference (95 %)", |(_, of)| of.paired.difference)
-        .column("margin", |(_, of)| of.margin)
-        .column("finding", |(_, of)| of.finding.map_or("too few", word))
-        .column("p of equivalence", |(_, of)| of.p)
-        .column("packings", |(_, of)| of.paired.pairs)
+        .column("usual", |(_, difference)| difference.paired.first_mean)
+        .column("difference (95 %)", |(_, difference)| {
+            difference.paired.difference
+        })
+        .column("margin", |(_, difference)| difference.margin)
+        .column("finding", |(_, difference)| {
+            difference.finding.map_or("too few", word)
+        })
+        .column("p of equivalence", |(_, difference)| difference.p)
+        .column("packings", |(_, difference)| difference.paired.pairs)
         .column("what went wrong", |(found, _)| {
             found.endings.remarks().collect::<Vec<_>>().join("; ")
         });

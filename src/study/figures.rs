@@ -372,7 +372,7 @@ impl Distribution {
 mod tests {
     use super::*;
 
-    fn of(values: &[f64]) -> Distribution {
+    fn distribution(values: &[f64]) -> Distribution {
         let words = ["figure-5", "Σ_zz", "J"];
         Distribution::new(words, "O", Some(0.34), Family::Gamma, values)
     }
@@ -381,16 +381,18 @@ mod tests {
         Distribution {
             theory: None,
             fitted: Some(Law::Laplace { location, scale }),
-            ..of(values)
+            ..distribution(values)
         }
     }
 
     #[test]
     fn bins_hold_nearly_all_values_and_their_intervals_hold_the_law() {
         let shares = (0..1000).map(|k| (f64::from(k) + 0.5) / 1000.0);
-        let distribution = of(&shares
-            .map(|share| -0.34 * (1.0 - share).ln())
-            .collect::<Vec<f64>>());
+        let distribution = distribution(
+            &shares
+                .map(|share| -0.34 * (1.0 - share).ln())
+                .collect::<Vec<f64>>(),
+        );
         let bins = distribution.bins().expect("has values");
         let law = Law::Exponential { mean: 0.34 };
         let (mut sum, mut missed) = (0.0, 0);
@@ -421,14 +423,14 @@ mod tests {
     fn nothing_to_draw_draws_nothing() {
         let undrawn = [&[][..], &[1.0], &[1.0, f64::NAN], &[0.0, 0.0], &[-1.0, 0.5]];
         let without_scale = of_laplace(&[1.0, 1.0], 1.0, 0.0);
-        for distribution in undrawn.into_iter().map(of).chain([without_scale]) {
+        for distribution in undrawn.into_iter().map(distribution).chain([without_scale]) {
             assert!(distribution.plots().is_empty(), "{distribution:?}");
         }
     }
 
     #[test]
     fn values_below_zero_have_bins() {
-        let mut of_both_signs = of(&[0.1, 0.1, 0.2, 0.5]);
+        let mut of_both_signs = distribution(&[0.1, 0.1, 0.2, 0.5]);
         of_both_signs.values[0] = -0.3;
         let bins = of_both_signs.bins().expect("has values");
         assert!(bins.start <= -0.3 && bins.start > -0.35, "{bins:?}");

@@ -104,7 +104,7 @@ pub const MIRRORED: &str = "mirrored ";
 impl Member {
     /// The quantity of a published figure; a mean beside the punch is that of both sides.
     pub fn published(&self, figure: &Published) -> Option<f64> {
-        match figure.of {
+        match figure.statistic {
             Of::Mean => self.of_both_sides(&figure.key),
             _ => self.measured.get(&figure.key).copied(),
         }

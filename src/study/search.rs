@@ -494,7 +494,7 @@ impl Search {
         });
         let table = self.figures.iter().fold(table, |table, figure| {
             table.column(&figure.title, |observed| {
-                observed.of.get(&figure.id).map(|sampled| sampled.mean)
+                observed.sampled.get(&figure.id).map(|sampled| sampled.mean)
             })
         });
         Section::new("Settings", "").with(table)

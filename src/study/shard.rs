@@ -3,13 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Shard `index` of `of`, both from 1: the rows whose number leaves `index − 1` when counted from 0 and divided by
-/// `of`.
+/// Shard `index` of so many `shards`, both from 1: the rows whose number leaves `index − 1` when counted from 0 and
+/// divided by `shards`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
     /// From 1.
     pub index: u64,
-    pub of: u64,
+    pub shards: u64,
 }
 
 /// The number of tasks of the whole array, set by our own job scripts: a single task that is submitted again is, to
@@ -21,7 +21,10 @@ const MOST: u64 = 100_000;
 
 impl Shard {
     /// Everything in one process.
-    pub const WHOLE: Shard = Shard { index: 1, of: 1 };
+    pub const WHOLE: Shard = Shard {
+        index: 1,
+        shards: 1,
+    };
 
     pub fn new(index: u64, shards: u64) -> Result<Self, String> {
         if shards == 0 || shards > MOST {
@@ -32,7 +35,7 @@ impl Shard {
                 "shard {index} of {shards}; shards are counted from 1"
             ));
         }
-        Ok(Shard { index, of: shards })
+        Ok(Shard { index, shards })
     }
 
     /// From the variables of a Slurm job array, read by `variable`. The number of shards is CROSSGRAIN_TASKS, or else
@@ -69,13 +72,13 @@ impl Shard {
 
     /// Its rows of so many, in order.
     pub fn rows(&self, count: u64) -> impl Iterator<Item = u64> + use<> {
-        (self.index..=count).step_by(self.of as usize)
+        (self.index..=count).step_by(self.shards as usize)
     }
 }
 
 impl fmt::Display for Shard {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}/{}", self.index, self.of)
+        write!(out, "{}/{}", self.index, self.shards)
     }
 }
 
@@ -130,10 +133,10 @@ mod tests {
             })
         };
         let from_zero = slurm(Some(9), Some(0), Some(10), None);
-        assert_eq!(from_zero, Ok(Shard { index: 10, of: 10 }));
+        assert_eq!(from_zero, Shard::new(10, 10));
         // One task again: to Slurm an array of one.
         let again = slurm(Some(3), Some(3), Some(1), Some(8));
-        assert_eq!(again, Ok(Shard { index: 3, of: 8 }));
+        assert_eq!(again, Shard::new(3, 8));
         assert!(slurm(None, None, None, None).is_err());
         let with_gaps = slurm(Some(7), Some(1), Some(3), None);
         assert!(with_gaps.is_err());
@@ -141,7 +144,7 @@ mod tests {
 
     #[test]
     fn names_of_shards() {
-        assert_eq!("3/8".parse(), Ok(Shard { index: 3, of: 8 }));
+        assert_eq!("3/8".parse(), Shard::new(3, 8));
         for wrong in ["0/8", "9/8", "3", "a/b", "1/0", "-1/3", ""] {
             assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
         }

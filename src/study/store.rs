@@ -52,7 +52,7 @@ pub struct Writer {
 impl Writer {
     /// Opens or begins the file of a shard.
     pub fn open(folder: &Path, shard: Shard) -> Result<Self, FileError> {
-        let name = format!("{RECORDS}/shard-{}-of-{}.jsonl", shard.index, shard.of);
+        let name = format!("{RECORDS}/shard-{}-of-{}.jsonl", shard.index, shard.shards);
         let (path, file) = (folder.join(&name), locked((folder, &name))?);
         let length = file.metadata().map_err(failed("find", &path))?.len();
         let torn = length > 0 && {

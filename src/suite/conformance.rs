@@ -118,18 +118,19 @@ impl Conformance {
 
     /// What relations hold of an engine with a law of its own.
     fn of_itself(&self) -> String {
-        let of = |outcome| {
+        let relations = |outcome| {
             self.checks
                 .iter()
                 .filter(move |check| check.outcome == outcome)
         };
-        let [held, open] = [Outcome::Pass, Outcome::Skipped].map(|outcome| of(outcome).count());
+        let [held, open] =
+            [Outcome::Pass, Outcome::Skipped].map(|outcome| relations(outcome).count());
         let open = match open {
             0 => String::new(),
             open => format!(" and {open} were not decided"),
         };
         let broken =
-            of(Outcome::Fail).map(|check| format!("{}: {}. ", check.quantity, check.found));
+            relations(Outcome::Fail).map(|check| format!("{}: {}. ", check.quantity, check.found));
         let broken: String = broken.collect();
         format!("{broken}{held} relations hold{open}; it was not held against any reference.")
     }

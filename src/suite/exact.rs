@@ -96,7 +96,7 @@ pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 /// contacts, at the end velocities and spins too. Before, these would show the half step by which they are behind places.
 pub fn numbers(case: &Case, track: &Track) -> Vec<f64> {
     let start = &case.bodies;
-    let of = |bodies: &Bodies, id: usize| {
+    let state = |bodies: &Bodies, id: usize| {
         let at = |column: &Vec<f64>| column.get(id).copied().unwrap_or(0.0);
         let place = [&bodies.x, &bodies.y, &bodies.z].map(at);
         let velocity = [&bodies.vx, &bodies.vy, &bodies.vz].map(at);
@@ -107,15 +107,16 @@ pub fn numbers(case: &Case, track: &Track) -> Vec<f64> {
     let time = case.model.dt * case.moments.last().copied().unwrap_or(1) as f64;
     let pull = hypot([case.model.gravity[0], 0.0, case.model.gravity[1]]) * time;
     let fastest = ids.clone().map(|id| {
-        let (_, velocity, spin) = of(start, id);
+        let (_, velocity, spin) = state(start, id);
         hypot(velocity) + hypot(spin)
     });
     let speed = fastest.fold(pull, f64::max);
     let lightest = start.mass.iter().copied().fold(f64::INFINITY, f64::min);
     let is_held = lightest > 1.0e12;
     let forces = |snapshot: &Snapshot| -> Vec<f64> {
-        let of = snapshot.contacts.iter();
-        of.flat_map(|contact| [contact.normal_force, contact.tangential_force])
+        let contacts = snapshot.contacts.iter();
+        contacts
+            .flat_map(|contact| [contact.normal_force, contact.tangential_force])
             .collect()
     };
     // Of what is held the first force is as large as any; of what is free, what stops it within an eighth of the time.
@@ -127,16 +128,18 @@ pub fn numbers(case: &Case, track: &Track) -> Vec<f64> {
     let last = case.moments.len() - 1;
     let later = track.iter().enumerate().skip(1).flat_map(|(at, snapshot)| {
         let of_bodies = ids.clone().flat_map(|id| {
-            let (place, velocity, spin) = of(&snapshot.bodies, id);
-            let (from, ..) = of(start, id);
+            let (place, velocity, spin) = state(&snapshot.bodies, id);
+            let (from, ..) = state(start, id);
             let way = times(1.0 / (speed * time), plus(place, times(-1.0, from)));
-            let motion = [velocity, spin].map(|of| times(1.0 / speed, of));
+            let motion = [velocity, spin].map(|vector| times(1.0 / speed, vector));
             let all = [way, motion[0], motion[1]].into_iter();
             all.take(if at == last { 3 } else { 1 })
                 .flatten()
                 .collect::<Vec<f64>>()
         });
-        let forces = forces(snapshot).into_iter().map(move |of| of / force);
+        let forces = forces(snapshot)
+            .into_iter()
+            .map(move |component| component / force);
         of_bodies.chain(forces).collect::<Vec<f64>>()
     });
     let complete = track.len() == case.moments.len();

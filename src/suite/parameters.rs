@@ -25,8 +25,9 @@ pub const TOLERANCE: f64 = 1.0e-14;
 pub struct Parameter {
     /// Lasting and unique in its scene.
     pub id: String,
-    /// Between what, or of what.
-    pub of: String,
+    /// Between what, or of what. Files call it `of`.
+    #[serde(rename = "of")]
+    pub bodies: String,
     pub symbol: &'static str,
     pub unit: &'static str,
     pub value: f64,
@@ -164,7 +165,7 @@ pub fn pair_checks(pairs: &[ParameterPair]) -> Vec<Check> {
         let (native, yade) = (&pair.native, pair.yade.unwrap_or(f64::NAN));
         let found = pair.yade.map_or("YADE does not tell it", |_| "");
         let id = format!("parameters/{}", native.id);
-        let what = format!("{} of {}", native.symbol, native.of);
+        let what = format!("{} of {}", native.symbol, native.bodies);
         let check = Check::of_words(id, &what, Outcome::pass_if(pair.agrees()), found);
         let method = "the native engine's parameter against the one that YADE says it uses";
         let basis = "the same formulas of the same numbers, which may round once";
@@ -189,7 +190,7 @@ fn list(case: &Case, effective: &Effective) -> Vec<Parameter> {
     let mut add = |id: &str, bodies: &str, symbol: &'static str, unit, value| {
         parameters.push(Parameter {
             id: format!("{id}/{symbol}"),
-            of: bodies.to_owned(),
+            bodies: bodies.to_owned(),
             symbol,
             unit,
             value,

@@ -100,7 +100,7 @@ fn sliding() -> CaseGroup {
     let mut group = CaseGroup::new("sliding-ball", title);
     for arms in [HALF_OVERLAP, CONTACT_POINT] {
         let arm = 1.0 - arms.shortening * balls[0].overlap;
-        let law = (arms.of)(law.clone());
+        let law = (arms.law)(law.clone());
         let case = on_a_plane(law, DT, [0.0, -GRAVITY], &grains, &MOMENTS);
         group = group.with(arms.id, case, move |track, figures| {
             for (id, (shape, share)) in SHAPES.into_iter().enumerate() {

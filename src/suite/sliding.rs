@@ -55,20 +55,20 @@ pub struct Arms {
     /// The share of the overlap that the arm is shorter than the radius.
     pub shortening: f64,
     /// The law with these arms.
-    pub of: fn(Law) -> Law,
+    pub law: fn(Law) -> Law,
 }
 
 /// Slip without ratcheting.
 pub const HALF_OVERLAP: Arms = Arms {
     id: "half-overlap",
     shortening: 0.5,
-    of: |law| law,
+    law: |law| law,
 };
 
 pub const CONTACT_POINT: Arms = Arms {
     id: "contact-point",
     shortening: 1.0,
-    of: suite::at_contact_point,
+    law: suite::at_contact_point,
 };
 
 /// A grain that hits a wall and slides on it all through.
@@ -143,7 +143,7 @@ impl Slide {
 
     fn case(&self, moments: Vec<u64>) -> Case {
         let angle = self.tan_phi.atan();
-        let law = |modulus| (self.arms.of)(suite::friction(modulus, self.ratio, angle));
+        let law = |modulus| (self.arms.law)(suite::friction(modulus, self.ratio, angle));
         self.impact.case_of(law, moments)
     }
 
@@ -390,7 +390,7 @@ fn sticking() -> CaseGroup {
         for arms in [HALF_OVERLAP, CONTACT_POINT] {
             let rocking = Rocking::new(grain, arms);
             let modulus = rocking.stiffness / grain.radius;
-            let law = (arms.of)(suite::friction(modulus, Rocking::RATIO, 1.2));
+            let law = (arms.law)(suite::friction(modulus, Rocking::RATIO, 1.2));
             let gravity = [0.0, -Rocking::GRAVITY];
             let model = suite::world(law, rocking.dt(), gravity, 0.0, [&[], &[FLOOR]]);
             let height = FLOOR + grain.radius - 0.1 * grain.radius;

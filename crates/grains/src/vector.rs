@@ -40,8 +40,8 @@ pub fn cross<N: Number>(a: Vector<N>, b: Vector<N>) -> Vector<N> {
 
 /// Each component by itself; in a function for a machine with vectors it is no call.
 #[inline(always)]
-pub fn each<N: Copy, M>(a: Vector<N>, of: impl Fn(N) -> M) -> Vector<M> {
-    [of(a[0]), of(a[1]), of(a[2])]
+pub fn each<N: Copy, M>(a: Vector<N>, map: impl Fn(N) -> M) -> Vector<M> {
+    [map(a[0]), map(a[1]), map(a[2])]
 }
 
 /// √(a·a), which overflows where hypot does not.

@@ -196,8 +196,8 @@ fn a_flat_wall_has_the_radius_of_the_grain() {
         ..flat
     };
     let [radius, modulus] = [RADII[0], effective()[1]];
-    let of = |radius: f64| 4.0 / 3.0 * modulus * radius.sqrt() * 5.0e-5f64.powf(1.5);
-    let [half, facet, whole] = [0.5, 2.0 / 3.0, 1.0].map(|share| of(share * radius));
+    let force = |radius: f64| 4.0 / 3.0 * modulus * radius.sqrt() * 5.0e-5f64.powf(1.5);
+    let [half, facet, whole] = [0.5, 2.0 / 3.0, 1.0].map(|share| force(share * radius));
     let pull = AdhesionLaw::Pull;
     near(at_walls(pull, Rules::default()), [half, half, facet, half]);
     near(at_walls(pull, flat), [whole; 4]);

@@ -255,9 +255,13 @@ fn lists_and_lanes_have_the_bits_of_the_step_written_out() {
             at_walls += plain
                 .contacts
                 .iter()
-                .filter(|of| of.id1 < 165 && of.id1 >= 160)
+                .filter(|contact| contact.id1 < 165 && contact.id1 >= 160)
                 .count();
-            at_punch += plain.contacts.iter().filter(|of| of.id1 == 165).count();
+            at_punch += plain
+                .contacts
+                .iter()
+                .filter(|contact| contact.id1 == 165)
+                .count();
         }
         let last = plain.last().expect("moments").contacts.len();
         assert!(
@@ -304,9 +308,9 @@ fn goes_on_from_its_moments(mut scene: Scene) {
     let mut whole: Vec<Snapshot> = Vec::new();
     let task = Task::whole(initial_bodies(&scene));
     native::run(&scene, &task, &Options::default(), &mut whole).expect("a run that finishes");
-    let punched = |moment: &Snapshot| moment.contacts.iter().any(|of| of.id1 == 65);
-    let slides = |moment: &Snapshot| moment.memory.across.iter().any(|of| of.slides);
-    let sticks = |moment: &Snapshot| moment.memory.across.iter().any(|of| !of.slides);
+    let punched = |moment: &Snapshot| moment.contacts.iter().any(|contact| contact.id1 == 65);
+    let slides = |moment: &Snapshot| moment.memory.across.iter().any(|contact| contact.slides);
+    let sticks = |moment: &Snapshot| moment.memory.across.iter().any(|contact| !contact.slides);
     let is_lively = |moment: &&Snapshot| slides(moment) && sticks(moment);
     let of_stage = |stage| whole.iter().filter(move |moment| moment.stage == stage);
     let pouring: Vec<_> = of_stage(Stage::Settle).filter(is_lively).collect();
@@ -345,7 +349,7 @@ fn goes_on_from_its_moments(mut scene: Scene) {
             memory: Memories::default(),
             ..from.clone().into()
         });
-        let [forgot, kept] = [&forgets, &again].map(|of| of[1].digest());
+        let [forgot, kept] = [&forgets, &again].map(|moments| moments[1].digest());
         assert_ne!(forgot, kept, "contacts remember nothing");
     }
 }

@@ -40,7 +40,7 @@ impl Properties {
     /// What splits the wrong ones from all others: one property, two, or a number above or below a value, among those that have a
     /// property or among all.
     fn split(mut self, wrong: &[bool]) -> Option<String> {
-        let count = |of: &[bool]| of.iter().filter(|is| **is).count();
+        let count = |flags: &[bool]| flags.iter().filter(|is| **is).count();
         self.has.retain(|(_, has)| count(has) > 0);
         let tried =
             self.has.len() * (self.has.len() + 2 * self.numbers.len()) + 2 * self.numbers.len();
@@ -67,15 +67,15 @@ impl Properties {
                 continue;
             }
             for (number, values) in &self.numbers {
-                let of = |which: bool| {
+                let values_where = |which: bool| {
                     let rows = values.iter().zip(wrong).zip(among);
                     let rows = rows.filter(move |((_, wrong), among)| **among && **wrong == which);
                     rows.map(|((value, _), _)| *value)
                 };
                 let [low, high] = [true, false].map(|which| {
                     (
-                        of(which).fold(f64::INFINITY, f64::min),
-                        of(which).fold(f64::NEG_INFINITY, f64::max),
+                        values_where(which).fold(f64::INFINITY, f64::min),
+                        values_where(which).fold(f64::NEG_INFINITY, f64::max),
                     )
                 });
                 let (of_wrong, of_right) = (low, high);
@@ -106,39 +106,39 @@ pub(crate) fn of_contacts(
     let rows = Table::from(own).rows().filter(|row| among(row.ids()));
     let (all, normals): (Vec<&Contact>, Vec<Vector>) =
         rows.map(|row| (row.contact, row.normal())).unzip();
-    let of = |property: &dyn Fn(&Contact) -> bool| {
+    let holds = |property: &dyn Fn(&Contact) -> bool| {
         all.iter().copied().map(property).collect::<Vec<bool>>()
     };
     let number =
         |value: &dyn Fn(&Contact) -> f64| all.iter().copied().map(value).collect::<Vec<f64>>();
-    let is_wrong = of(&|contact| wrong.contains(&(contact.id1, contact.id2)));
+    let is_wrong = holds(&|contact| wrong.contains(&(contact.id1, contact.id2)));
     if !is_wrong.contains(&true) || !is_wrong.contains(&false) {
         return None;
     }
     let mut properties = Properties::default();
     properties.add_both(
         ["they are of two grains", "they are at walls or punch"],
-        of(&|contact| ids.body(contact.id1) == Body::Grain),
+        holds(&|contact| ids.body(contact.id1) == Body::Grain),
     );
     for index in 0..case.model.walls.len() {
         let wall = ids.wall(index);
         properties.add(
             format!("they are at wall {index}"),
-            of(&|contact| contact.id1 == wall),
+            holds(&|contact| contact.id1 == wall),
         );
     }
     properties.add(
         "they are at the punch",
-        of(&|contact| contact.id1 == ids.punch()),
+        holds(&|contact| contact.id1 == ids.punch()),
     );
     properties.add(
         "they are at corners of the punch",
-        of(&|contact| at_a_corner(ids, contact)),
+        holds(&|contact| at_a_corner(ids, contact)),
     );
     if case.model.law.has_friction() {
         properties.add_both(
             ["they slide", "they stick"],
-            of(&|contact| slides(case, contact)),
+            holds(&|contact| slides(case, contact)),
         );
     }
     let velocity = |id: u32| match (bodies.vx.get(id as usize), own.punch) {
@@ -161,7 +161,7 @@ pub(crate) fn of_contacts(
             let same = |other: &Contact| (other.id1, other.id2) == (contact.id1, contact.id2);
             before.contacts.iter().any(same)
         };
-        properties.add_both(["they touched before", "they have just begun"], of(&had));
+        properties.add_both(["they touched before", "they have just begun"], holds(&had));
         let of_before = |contact: &Contact| {
             let ids = (contact.id1, contact.id2);
             let mut all = before.contacts.iter();
@@ -175,11 +175,11 @@ pub(crate) fn of_contacts(
                 "their overlap has grown in the step",
                 "their overlap has not grown in the step",
             ],
-            of(&grows),
+            holds(&grows),
         );
         properties.add(
             "they slid a step before",
-            of(&|contact| of_before(contact).is_some_and(|before| slides(case, &before))),
+            holds(&|contact| of_before(contact).is_some_and(|before| slides(case, &before))),
         );
     }
     for axis in [0, 1] {
@@ -190,7 +190,7 @@ pub(crate) fn of_contacts(
             ],
             ["their normals point up", "their normals point down"],
         ];
-        properties.add_both(words[axis], of(&|contact| contact.normal[axis] > 0.0));
+        properties.add_both(words[axis], holds(&|contact| contact.normal[axis] > 0.0));
     }
     let mut partners: BTreeMap<u32, f64> = BTreeMap::new();
     for id in own
@@ -211,14 +211,14 @@ pub(crate) fn of_contacts(
             .collect();
         properties.add(
             words,
-            of(&|contact| at_wall.contains(&contact.id1) || at_wall.contains(&contact.id2)),
+            holds(&|contact| at_wall.contains(&contact.id1) || at_wall.contains(&contact.id2)),
         );
     }
     if !bodies.material.is_empty() {
         let material = |id: u32| bodies.material.get(id as usize).copied().unwrap_or(0);
         properties.add_both(
             ["their materials are two", "their materials are one"],
-            of(&|contact| material(contact.id1) != material(contact.id2)),
+            holds(&|contact| material(contact.id1) != material(contact.id2)),
         );
     }
     let radius = |id: u32| bodies.radius.get(id as usize).copied();
@@ -305,11 +305,11 @@ pub(crate) fn of_grains(
 ) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
     let all: Vec<usize> = (0..bodies.len()).filter(|id| among(*id)).collect();
-    let of = |property: &dyn Fn(usize) -> bool| {
+    let holds = |property: &dyn Fn(usize) -> bool| {
         let all = all.iter().copied();
         all.map(property).collect::<Vec<bool>>()
     };
-    let is_wrong = of(&|id| wrong.contains(&id));
+    let is_wrong = holds(&|id| wrong.contains(&id));
     if wrong.is_empty() || wrong.len() == all.len() {
         return None;
     }
@@ -321,10 +321,13 @@ pub(crate) fn of_grains(
     for index in 0..case.model.walls.len() {
         properties.add(
             format!("they touch wall {index}"),
-            of(&|id| touches(ids.wall(index), id)),
+            holds(&|id| touches(ids.wall(index), id)),
         );
     }
-    properties.add("they touch the punch", of(&|id| touches(ids.punch(), id)));
+    properties.add(
+        "they touch the punch",
+        holds(&|id| touches(ids.punch(), id)),
+    );
     let mut partners = vec![0.0; bodies.len()];
     for id in own
         .contacts
@@ -337,13 +340,13 @@ pub(crate) fn of_grains(
     }
     properties.add_both(
         ["they touch nothing", "they touch something"],
-        of(&|id| partners[id] == 0.0),
+        holds(&|id| partners[id] == 0.0),
     );
     properties.add_both(
         ["they go right", "they go left"],
-        of(&|id| bodies.vx[id] > 0.0),
+        holds(&|id| bodies.vx[id] > 0.0),
     );
-    properties.add_both(["they rise", "they fall"], of(&|id| bodies.vz[id] > 0.0));
+    properties.add_both(["they rise", "they fall"], holds(&|id| bodies.vz[id] > 0.0));
     let of_all = |value: &dyn Fn(usize) -> f64| {
         let all = all.iter().copied();
         all.map(value).collect::<Vec<f64>>()
@@ -378,13 +381,13 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
     if !wrong.contains(&true) || !wrong.contains(&false) {
         return None;
     }
-    let of = |property: &dyn Fn(&Case) -> bool| {
+    let holds = |property: &dyn Fn(&Case) -> bool| {
         let states = states.iter();
         states
             .map(|(case, _)| property(case))
             .collect::<Vec<bool>>()
     };
-    let law = |property: &dyn Fn(&Law) -> bool| of(&|case| property(&case.model.law));
+    let law = |property: &dyn Fn(&Law) -> bool| holds(&|case| property(&case.model.law));
     let mut properties = Properties::default();
     for (words, has) in [
         (
@@ -398,11 +401,11 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
         (["grains turn", "grains do not turn"], law(&Law::rotates)),
         (
             ["there is local damping", "there is no local damping"],
-            of(&|case| case.model.alpha != 0.0),
+            holds(&|case| case.model.alpha != 0.0),
         ),
         (
             ["there is a punch", "there is no punch"],
-            of(&|case| case.punch.is_some()),
+            holds(&|case| case.punch.is_some()),
         ),
         (
             ["springs are Hertz's and Mindlin's", "springs are linear"],
@@ -443,7 +446,7 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
             "walls or punch have friction of their own",
             law(&Law::has_friction_of_walls),
         ),
-        ("grains are in space", of(&|case| case.bodies.in_space())),
+        ("grains are in space", holds(&|case| case.bodies.in_space())),
         (
             "dashpots may pull",
             law(&|law| law.has_dashpots() && law.contact.viscosity.tension() == Tension::Unclipped),
@@ -482,9 +485,10 @@ mod tests {
 
     fn properties(count: usize) -> Properties {
         let mut properties = Properties::default();
-        let of = |property: &dyn Fn(usize) -> bool| (0..count).map(property).collect::<Vec<bool>>();
-        properties.add_both(["they slide", "they stick"], of(&|at| at % 3 == 0));
-        properties.add("they are at wall 1", of(&|at| at % 20 == 0));
+        let holds =
+            |property: &dyn Fn(usize) -> bool| (0..count).map(property).collect::<Vec<bool>>();
+        properties.add_both(["they slide", "they stick"], holds(&|at| at % 3 == 0));
+        properties.add("they are at wall 1", holds(&|at| at % 20 == 0));
         properties.numbers = vec![("their x, m,", (0..count).map(|at| at as f64).collect())];
         properties
     }

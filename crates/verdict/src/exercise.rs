@@ -87,7 +87,10 @@ fn constants(case: &Case, see: &mut See<'_>) {
         see("its half-height", "m", punch.half_extents[1]);
     }
     for obstacle in &model.obstacles {
-        let size = |of: [f64; 3]| of.iter().map(|of| of * of).sum::<f64>().sqrt();
+        let size = |vector: [f64; 3]| {
+            let squares = vector.iter().map(|component| component * component);
+            squares.sum::<f64>().sqrt()
+        };
         see("speeds of obstacles", "m/s", size(obstacle.velocity));
         see("their spins", "rad/s", size(obstacle.spin));
     }
@@ -305,7 +308,7 @@ pub fn unseen(states: &[&Envelope]) -> Vec<String> {
 /// Whether this other alternative plays a part in a state, and takes no engine away from what it does without.
 fn is_untold(choice: Choice, states: &[&Envelope]) -> bool {
     let of_state =
-        |envelope: &&&Envelope| forms::other_rules(&envelope.case).any(|of| of == choice);
+        |envelope: &&&Envelope| forms::other_rules(&envelope.case).any(|other| other == choice);
     let mut asked = states.iter().filter(of_state).peekable();
     let shows = |envelope: &&Envelope| {
         // Few steps show most.

@@ -109,9 +109,12 @@ impl Frame {
     /// A vector, in a unit. Where coordinates only change their places no number is rounded and a zero keeps its sign.
     fn vector(&self, vector: [f64; 3], unit: f64) -> [f64; 3] {
         self.matrix.map(|row| {
-            let parts = row.into_iter().zip(vector).filter(|(of, _)| *of != 0.0);
+            let parts = row
+                .into_iter()
+                .zip(vector)
+                .filter(|(entry, _)| *entry != 0.0);
             let sum = parts
-                .map(|(of, part)| of * part)
+                .map(|(entry, part)| entry * part)
                 .reduce(|sum, part| sum + part);
             sum.expect("each row has an entry") * unit
         })

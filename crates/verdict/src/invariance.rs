@@ -1049,9 +1049,9 @@ mod tests {
     type Error = Box<dyn std::error::Error>;
 
     /// The relations that an engine breaks in these states.
-    fn broken(states: Vec<State>, of: &dyn Fn(&Case) -> Run) -> Vec<&'static str> {
+    fn broken(states: Vec<State>, run: &dyn Fn(&Case) -> Run) -> Vec<&'static str> {
         let mut engine = |cases: &[&Case]| -> Result<Vec<Answer>, Error> {
-            Ok(cases.iter().map(|case| Ok(of(case))).collect())
+            Ok(cases.iter().map(|case| Ok(run(case))).collect())
         };
         let itself = Itself::new(states, Depth::All, None, &|_| None, &mut engine).expect("runs");
         let mut broken = Vec::new();
@@ -1093,7 +1093,7 @@ mod tests {
     /// Velocities along y alone are slowed down.
     #[test]
     fn an_engine_with_a_term_along_one_axis_does_not() {
-        let of = |case: &Case| {
+        let slowed = |case: &Case| {
             let mut run = grains::native::run_case(case, None).expect("a run");
             let late = run.iter_mut().filter(|moment| moment.step > 0);
             for moment in late {
@@ -1102,7 +1102,7 @@ mod tests {
             }
             run
         };
-        let found = broken(spheres(), &of);
+        let found = broken(spheres(), &slowed);
         assert!(
             found.contains(&"askew") && found.contains(&"turned"),
             "{found:?}"

@@ -138,12 +138,15 @@ const LAWS: [(&str, Change); 17] = [
     ("Hertz–Mindlin on boxes", |model, _| {
         let [width, depth] = extent(model);
         let top = hair(model);
-        let of = |centre: [f64; 2], angle: f64| Surface::Box {
+        let box_at = |centre: [f64; 2], angle: f64| Surface::Box {
             centre: [centre[0] * width, centre[1] * depth, top - 0.5 * width],
             half_extents: [0.3 * width, 0.2 * depth, 0.5 * width],
             orientation: [(0.5 * angle).cos(), 0.0, 0.0, (0.5 * angle).sin()],
         };
-        floor_of(model, vec![of([0.35, 0.3], 0.0), of([0.7, 0.75], 0.5)]);
+        floor_of(
+            model,
+            vec![box_at([0.35, 0.3], 0.0), box_at([0.7, 0.75], 0.5)],
+        );
     }),
     ("Hertz–Mindlin with adhesion of DMT", |model, _| {
         adhesive(&mut model.law.contact, AdhesionLaw::Dmt, ADHESION);
@@ -160,7 +163,7 @@ const LAWS: [(&str, Change); 17] = [
                 .law
                 .materials
                 .iter_mut()
-                .for_each(|of| of.friction_angle = 0.0);
+                .for_each(|material| material.friction_angle = 0.0);
             model.law.friction_angle = 0.0;
             adhesive(&mut model.law.contact, AdhesionLaw::Jkr, 3.0 * ADHESION);
         },
@@ -367,7 +370,8 @@ fn states(bed: &Bed) -> Vec<State> {
     // Hertz's among a few more, with either of the other laws of adhesion.
     let more =
         (1..=ADHESIVE).filter_map(|number| Some((number, drawn_state(bed, DRAWN + number)?)));
-    let hertz = more.filter(|(_, of)| of.case.model.law.contact.springs == Springs::HertzMindlin);
+    let hertz =
+        more.filter(|(_, state)| state.case.model.law.contact.springs == Springs::HertzMindlin);
     // Obstacles under every combination of springs and dashpots; a constant dashpot beside Hertz's springs is asked for here too.
     let first = DRAWN + ADHESIVE;
     all.extend((1..=AMONG_OBSTACLES).filter_map(|number| {

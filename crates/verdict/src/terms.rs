@@ -38,7 +38,7 @@ mod residuals;
 struct Row {
     /// Which run and moment, and the contact or the grain there.
     at: (usize, usize),
-    of: Of,
+    subject: Of,
     /// How far it is off the model's, and how far it may be by rounding.
     off: Vector,
     least: f64,
@@ -114,14 +114,15 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
     let keys: Vec<(usize, usize)> = rows.keys().copied().collect();
     let said = in_parallel(keys.len(), |at| explained(&rows[&keys[at]], runs));
     let is_off = |quantity: usize| {
-        let mut of = rows.iter().filter(|(key, _)| key.0 == quantity);
+        let mut kinds = rows.iter().filter(|(key, _)| key.0 == quantity);
         // Few may have remembered something that is not written.
-        of.any(|(_, rows)| 2 * rows.iter().filter(|row| row.ratio() > PLAIN).count() > rows.len())
+        kinds
+            .any(|(_, rows)| 2 * rows.iter().filter(|row| row.ratio() > PLAIN).count() > rows.len())
     };
     // One row that is plainly off.
     let has_off = |quantity: usize| {
-        let mut of = rows.iter().filter(|(key, _)| key.0 == quantity);
-        of.any(|(_, rows)| rows.iter().any(|row| row.ratio() > PLAIN))
+        let mut kinds = rows.iter().filter(|(key, _)| key.0 == quantity);
+        kinds.any(|(_, rows)| rows.iter().any(|row| row.ratio() > PLAIN))
     };
     let is_told = |quantity: usize| {
         keys.iter()
@@ -130,15 +131,15 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
     };
     // Where contacts begin without a dashpot, the spring seems to keep it in their second step, and in no other.
     let begins_without_dashpot = {
-        let of = |quantity: usize| {
+        let said_of = |quantity: usize| {
             keys.iter()
                 .zip(&said)
                 .filter(move |(key, _)| key.0 == quantity)
         };
-        let lacks = of(NEW_STICKS)
+        let lacks = said_of(NEW_STICKS)
             .flat_map(|(_, said)| said)
             .any(|said| said.0.contains(DASHPOT));
-        let mut later = of(STICKING).flat_map(|(_, said)| said).peekable();
+        let mut later = said_of(STICKING).flat_map(|(_, said)| said).peekable();
         lacks
             && later.peek().is_some()
             && later.all(|said| said.0.contains(KEPT_DASHPOT) && !said.1.is_empty())
@@ -148,11 +149,13 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
         // What slides goes the way of what sticks, and contacts that go on have all that new ones have.
         let sticks_otherwise = [NEW_STICKS, STICKING]
             .into_iter()
-            .any(|of| is_off(of) || is_told(of));
+            .any(|sticking| is_off(sticking) || is_told(sticking));
         let follows = match quantity {
             CUT_AWAY => true,
             PULLED => is_told(NORMAL),
-            of if (NEW_STICKS..=SLIDING_ON).contains(&of) && is_told(NORMAL) => true,
+            tangential if (NEW_STICKS..=SLIDING_ON).contains(&tangential) && is_told(NORMAL) => {
+                true
+            }
             NEW_STICKS => is_told(STICKING) && !begins_without_dashpot,
             STICKING if begins_without_dashpot => true,
             // What slides early may have a stiffer spring.
@@ -162,7 +165,7 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             NEW_SLIDES => is_off(NEW_STICKS) || is_told(CUT_EARLY) || is_told(SLIDING),
             SLIDING_ON => (NEW_STICKS..SLIDING_ON).any(&is_off),
             NOT_CUT => {
-                let slide = |of| keys.iter().any(|key| key.0 == of);
+                let slide = |sliding| keys.iter().any(|key| key.0 == sliding);
                 sticks_otherwise || [NEW_SLIDES, SLIDING, SLIDING_ON].into_iter().any(slide)
             }
             VELOCITIES | SPINS => !moves,

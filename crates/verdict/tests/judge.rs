@@ -49,9 +49,9 @@ fn with_single_forces(case: &Case) -> Answer {
         return Err("it cannot be taken up where contacts remember".to_owned());
     }
     let side = 2.0 * case.bodies.radius[0];
-    let single = |of: &f64| {
-        let corner = (of / side).floor() * side;
-        corner + f64::from((of - corner) as f32)
+    let single = |number: &f64| {
+        let corner = (number / side).floor() * side;
+        corner + f64::from((number - corner) as f32)
     };
     let (mut now, mut kept) = (case.clone(), Vec::new());
     for step in 0..=case.moments.last().copied().unwrap_or(0) {
@@ -62,11 +62,11 @@ fn with_single_forces(case: &Case) -> Answer {
             ..now.bodies.clone()
         };
         now.moments = vec![u64::from(step > 0)];
-        let of = Case {
+        let rounded = Case {
             bodies: if step > 0 { coarse } else { now.bodies.clone() },
             ..now.clone()
         };
-        let after = run_case(&of, None).map_err(|error| error.to_string())?;
+        let after = run_case(&rounded, None).map_err(|error| error.to_string())?;
         for mut after in after {
             if step > 0 {
                 let Bodies { x, z, vx, vz, .. } = &mut after.bodies;
@@ -249,10 +249,12 @@ fn rules_that_are_not_declared_are_found_beside_a_wrong_constant_too() {
 
 #[test]
 fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
-    let of = of_variant(&Variant::default());
-    assert_eq!(of.verdict(), Verdict::Identical);
-    assert_eq!(of.unseen, Vec::<String>::new());
-    assert!(of.counts.len() == 4 && of.counts.iter().all(|of| of.is_enough()));
+    let judgement = of_variant(&Variant::default());
+    assert_eq!(judgement.verdict(), Verdict::Identical);
+    assert_eq!(judgement.unseen, Vec::<String>::new());
+    assert!(
+        judgement.counts.len() == 4 && judgement.counts.iter().all(|counts| counts.is_enough())
+    );
     // Others are in space alone.
     let not_planar = [
         "place of wall 3",
@@ -269,8 +271,11 @@ fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
         !others.any(|other| constant.symbol().starts_with(other))
     };
     for constant in Constant::all().filter(is_planar) {
-        let limit = of.limits.iter().find(|of| of.constant == constant.symbol());
-        let smallest = limit.map_or(f64::NAN, |of| of.smallest);
+        let limit = judgement
+            .limits
+            .iter()
+            .find(|limit| limit.constant == constant.symbol());
+        let smallest = limit.map_or(f64::NAN, |limit| limit.smallest);
         assert!(smallest <= 1.0e-8, "{}: {smallest:e}", constant.symbol());
     }
 }
@@ -287,9 +292,9 @@ fn sums_in_another_order_are_rounding_and_forces_in_single_precision_are_said_to
         (&with_single_forces, "single precision"),
     ];
     for (run, precision) in engines {
-        let of = judged(&mut |cases| Ok(in_parallel(cases.len(), |at| run(cases[at]))));
-        assert_eq!(of.resolution.name(), precision);
-        for state in &of.starts {
+        let judgement = judged(&mut |cases| Ok(in_parallel(cases.len(), |at| run(cases[at]))));
+        assert_eq!(judgement.resolution.name(), precision);
+        for state in &judgement.starts {
             let refused = state.skipped.is_some();
             // A drawn law may be without memory, and then it is not refused.
             if !state.key.starts_with("drawn") {
@@ -326,7 +331,7 @@ fn an_engine_that_refuses_is_undecided() {
 
 #[test]
 fn an_engine_that_writes_other_moments_is_different() {
-    let of = judged(&mut |cases| {
+    let judgement = judged(&mut |cases| {
         let short = |case: &&Case| -> Answer {
             let mut run = variant::run(case, &Variant::default());
             run.pop();
@@ -334,7 +339,7 @@ fn an_engine_that_writes_other_moments_is_different() {
         };
         Ok(cases.iter().map(short).collect())
     });
-    assert_eq!(of.verdict(), Verdict::Different);
+    assert_eq!(judgement.verdict(), Verdict::Different);
 }
 
 #[test]
@@ -348,19 +353,26 @@ fn several_wrong_constants_are_found_at_once() {
         (constant("moment of inertia"), 1.0e-6),
         (constant("c_n"), 0.5),
     ];
-    let and = |of: Variant, (constant, larger): &(Constant, f64)| of.and(*constant, *larger);
+    let and =
+        |variant: Variant, (constant, larger): &(Constant, f64)| variant.and(*constant, *larger);
     let variant = wrong.iter().fold(Variant::default(), and);
-    let of = of_variant(&variant);
-    let found: Vec<_> = of.causes.iter().flat_map(|of| &of.constants).collect();
+    let judgement = of_variant(&variant);
+    let found: Vec<_> = judgement
+        .causes
+        .iter()
+        .flat_map(|cause| &cause.constants)
+        .collect();
     assert_eq!(found.len(), wrong.len(), "{found:?}");
     for (constant, larger) in wrong {
-        let of = found.iter().find(|of| of.constant == constant);
-        let apart = of.map_or(f64::NAN, |of| (of.larger - larger).abs());
+        let fitted = found.iter().find(|fitted| fitted.constant == constant);
+        let apart = fitted.map_or(f64::NAN, |fitted| (fitted.larger - larger).abs());
         assert!(apart < 1.0e-11, "{}: {apart:e}", constant.symbol());
     }
-    assert!(of.causes.iter().all(|of| of.explained));
-    let farthest = of.farthest().and_then(|of| of.farthest.as_ref());
-    assert_eq!(farthest.and_then(|of| of.left_after), Some(0));
+    assert!(judgement.causes.iter().all(|cause| cause.explained));
+    let farthest = judgement
+        .farthest()
+        .and_then(|start| start.farthest.as_ref());
+    assert_eq!(farthest.and_then(|state| state.left_after), Some(0));
 }
 
 /// Springs that are all stiffer by the same share, as far as it is known, are said once.
@@ -405,36 +417,38 @@ fn one_stiffness_for_all_springs_is_one_cause() {
 fn a_coarse_number_is_told_from_the_others() {
     let bed = Bed::new(300, DISPERSION).expect("a bed");
     let mut cases = bed.cases(LawKind::Springs).into_iter();
-    let (_, case) = cases.find(|of| of.0 == Start::Pouring).expect("a state");
+    let (_, case) = cases
+        .find(|case| case.0 == Start::Pouring)
+        .expect("a state");
     let start = Case {
         moments: vec![0],
         ..case.clone()
     };
     let contacts = &variant::run(&start, &Variant::default())[0].contacts;
-    let pairs = || contacts.iter().map(|of| [of.id1, of.id2]);
-    let touches = |id: usize| pairs().any(|of| of.contains(&(id as u32)));
-    let single = |of: &mut f64| *of = f64::from(*of as f32);
+    let pairs = || contacts.iter().map(|contact| [contact.id1, contact.id2]);
+    let touches = |id: usize| pairs().any(|pair| pair.contains(&(id as u32)));
+    let single = |number: &mut f64| *number = f64::from(*number as f32);
     let coarse = |positions: bool, velocities: &dyn Fn(usize) -> bool| {
         let answers: Vec<Answer> = Resolution::cases(&case)
             .iter()
             .map(|case| {
                 let mut run = variant::run(case, &Variant::default());
-                let of = &mut run[0].bodies;
-                for id in 0..of.len() {
+                let bodies = &mut run[0].bodies;
+                for id in 0..bodies.len() {
                     if positions {
-                        single(&mut of.x[id]);
-                        single(&mut of.z[id]);
+                        single(&mut bodies.x[id]);
+                        single(&mut bodies.z[id]);
                     }
                     if velocities(id) {
-                        single(&mut of.vx[id]);
-                        single(&mut of.vz[id]);
+                        single(&mut bodies.vx[id]);
+                        single(&mut bodies.vz[id]);
                     }
                 }
                 Ok(run)
             })
             .collect();
-        let of = Resolution::measured(&case, &answers).expect("answers");
-        [of.position, of.velocity, of.overlap].map(|of| of > 1.0e-13)
+        let resolution = Resolution::measured(&case, &answers).expect("answers");
+        [resolution.position, resolution.velocity, resolution.overlap].map(|error| error > 1.0e-13)
     };
     assert_eq!(coarse(false, &|_| false), [false; 3]);
     assert_eq!(coarse(true, &|_| false), [true, false, false]);
@@ -458,18 +472,22 @@ fn each_form_is_named() {
     tried.extend([Form::LostNear(0.0097), Form::LostFar(0.0103)]);
     let mut unnamed = Vec::new();
     for form in &tried {
-        let of = of_variant(&Variant::of(*form));
-        let named = of.causes.iter().any(|of| {
-            let mut forms = of.forms.iter().chain(&of.also);
+        let judgement = of_variant(&Variant::of(*form));
+        let named = judgement.causes.iter().any(|cause| {
+            let mut forms = cause.forms.iter().chain(&cause.also);
             let kind = std::mem::discriminant(form);
-            forms.any(|of| match form {
-                Form::Rule(_) => of == form,
-                _ => std::mem::discriminant(of) == kind,
+            forms.any(|named| match form {
+                Form::Rule(_) => named == form,
+                _ => std::mem::discriminant(named) == kind,
             })
         });
-        if of.verdict() != Verdict::Different || !named {
-            let said: Vec<String> = of.causes.iter().map(|of| of.sentence()).collect();
-            unnamed.push(format!("{form:?}: {:?} {said:?}", of.verdict()));
+        if judgement.verdict() != Verdict::Different || !named {
+            let said: Vec<String> = judgement
+                .causes
+                .iter()
+                .map(|cause| cause.sentence())
+                .collect();
+            unnamed.push(format!("{form:?}: {:?} {said:?}", judgement.verdict()));
         }
     }
     assert!(unnamed.is_empty(), "of {}: {unnamed:#?}", tried.len());
@@ -484,28 +502,32 @@ fn several_forms_under_one_law_are_named_together() {
         rule("spring_turn", "keeps_length"),
         rule("torque_arms_at_walls", "whole_radii"),
     ];
-    let of = of_variant(&Variant {
+    let judgement = of_variant(&Variant {
         forms: forms.to_vec(),
         ..Variant::default()
     });
-    let named: Vec<Form> = of.causes.iter().flat_map(|of| of.forms.clone()).collect();
-    assert!(forms.iter().all(|of| named.contains(of)), "{named:?}");
+    let named: Vec<Form> = judgement
+        .causes
+        .iter()
+        .flat_map(|cause| cause.forms.clone())
+        .collect();
+    assert!(forms.iter().all(|form| named.contains(form)), "{named:?}");
     assert_eq!(named.len(), forms.len(), "{named:?}");
-    assert!(of.causes.iter().all(|of| of.explained));
+    assert!(judgement.causes.iter().all(|cause| cause.explained));
 }
 
 /// −0 is another bit pattern than 0, though it is the same number.
 #[test]
 fn a_zero_of_the_other_sign_is_not_identical() {
-    let of = judged(&mut |cases| {
+    let judgement = judged(&mut |cases| {
         let run = |case: &&Case| {
             let mut states = run_case(case, None)?;
             for state in &mut states {
-                for number in state.bodies.vx.iter_mut().filter(|of| **of == 0.0) {
+                for number in state.bodies.vx.iter_mut().filter(|number| **number == 0.0) {
                     *number = -*number;
                 }
                 for contact in &mut state.contacts {
-                    for part in contact.normal.iter_mut().filter(|of| **of == 0.0) {
+                    for part in contact.normal.iter_mut().filter(|part| **part == 0.0) {
                         *part = -*part;
                     }
                 }
@@ -514,5 +536,5 @@ fn a_zero_of_the_other_sign_is_not_identical() {
         };
         cases.iter().map(run).collect()
     });
-    assert_eq!(of.verdict(), Verdict::EqualToRounding);
+    assert_eq!(judgement.verdict(), Verdict::EqualToRounding);
 }

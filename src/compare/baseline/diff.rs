@@ -256,7 +256,7 @@ fn changed(id: &str, before: Option<&Check>, after: Option<&Check>) -> Option<Ch
             _ => return moved(id, before, after),
         },
     };
-    Some(of(id, change, before, after))
+    Some(entry(id, change, before, after))
 }
 
 /// What became of a failure by the same definition.
@@ -291,13 +291,18 @@ fn failure(before: &Check, after: &Check) -> Change {
 /// Both were made and came to the same.
 fn moved(id: &str, before: &Check, after: &Check) -> Option<Changed> {
     if !same_definition(before, after) {
-        return Some(of(id, Change::DefinitionChanged, Some(before), Some(after)));
+        return Some(entry(
+            id,
+            Change::DefinitionChanged,
+            Some(before),
+            Some(after),
+        ));
     }
     let bits = |check: &Check| check.value.map(f64::to_bits);
-    (bits(before) != bits(after)).then(|| of(id, Change::Moved, Some(before), Some(after)))
+    (bits(before) != bits(after)).then(|| entry(id, Change::Moved, Some(before), Some(after)))
 }
 
-fn of(id: &str, change: Change, before: Option<&Check>, after: Option<&Check>) -> Changed {
+fn entry(id: &str, change: Change, before: Option<&Check>, after: Option<&Check>) -> Changed {
     let value = |check: Option<&Check>| check.and_then(|check| check.value);
     let both = value(before).zip(value(after));
     let by = both.map(|(before, after)| after - before);

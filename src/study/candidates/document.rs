@@ -320,7 +320,7 @@ impl Candidates {
         let means = PUBLISHED
             .iter()
             .enumerate()
-            .filter(|(_, figure)| figure.of == Of::Mean);
+            .filter(|(_, figure)| figure.statistic == Of::Mean);
         let table = Table::of("changes", "What a choice changes, with 95 % intervals", own)
             .column("setting", |found| found.name());
         let table = means.fold(table, |table, (index, figure)| {

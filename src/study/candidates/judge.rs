@@ -312,14 +312,14 @@ fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> 
     let values = rows.iter().filter_map(|row| row.published(figure));
     let values: Vec<f64> = values.collect();
     // Shapes are those of grains that bear load.
-    let parted = (figure.of != Of::Mean).then(|| Parted::loads(&values));
+    let parted = (figure.statistic != Of::Mean).then(|| Parted::loads(&values));
     let zeros = parted
         .as_ref()
         .and_then(|parted| parted.share_of_zeros(LEVEL));
     let values = parted.map_or(values, |parted| parted.others);
-    let fewest = FEWEST[usize::from(figure.of != Of::Mean)];
+    let fewest = FEWEST[usize::from(figure.statistic != Of::Mean)];
     let enough = Some(&values).filter(|values| values.len() >= fewest);
-    let at = |level: f64| interval(figure.of, enough?, level);
+    let at = |level: f64| interval(figure.statistic, enough?, level);
     let found = at(LEVEL);
     let [low, high] = figure.limits();
     let near = found.is_some_and(|interval| low <= interval.estimate && interval.estimate <= high);
@@ -332,7 +332,7 @@ fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> 
         near,
         conditional: figure.key.starts_with("loaded.")
             && reached / (rows.len().max(1) as f64) < BEARS,
-        change: (figure.of == Of::Mean)
+        change: (figure.statistic == Of::Mean)
             .then(|| change(figure, rows, base))
             .flatten(),
         value: found,

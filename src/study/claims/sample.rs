@@ -89,7 +89,7 @@ pub struct Number<'a> {
     pub packings: usize,
     /// Those included whose value was set aside.
     pub looked_at: usize,
-    of: Box<dyn Fn(f64) -> Option<Interval> + 'a>,
+    interval: Box<dyn Fn(f64) -> Option<Interval> + 'a>,
 }
 
 impl<'a> Number<'a> {
@@ -97,7 +97,7 @@ impl<'a> Number<'a> {
         Number {
             packings,
             looked_at: packings,
-            of: Box::new(interval),
+            interval: Box::new(interval),
         }
     }
 
@@ -107,7 +107,7 @@ impl<'a> Number<'a> {
     }
 
     pub fn at(&self, level: f64) -> Option<Interval> {
-        (self.of)(level)
+        (self.interval)(level)
     }
 
     pub fn over(self, other: f64) -> Self {

@@ -45,7 +45,7 @@ impl Search {
                     let within = low < friction
                         && friction <= high + 1e-9
                         && (speed[0]..speed[1] + 1e-9).contains(&own);
-                    Some(observed.of.get(REACHED)?.mean).filter(|_| within)
+                    Some(observed.sampled.get(REACHED)?.mean).filter(|_| within)
                 });
                 let shares: Vec<f64> = own.collect();
                 classes.push(Class {

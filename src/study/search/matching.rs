@@ -33,14 +33,16 @@ const EXCHANGED: [&str; 2] = ["stress.O", "stress.B"];
 /// The id of the share of punches that get the force: our demand, printed nowhere.
 pub const REACHED: &str = "reached";
 
-/// Means that a setting gave, by the figure's id.
+/// Means that a setting gave.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Observed {
     pub at: Vec<f64>,
     /// Unique over all waves; noise is common in a bed's loads.
     pub bed: u64,
-    pub of: BTreeMap<String, Sampled>,
+    /// By the figure's id. Files call it `of`.
+    #[serde(rename = "of")]
+    pub sampled: BTreeMap<String, Sampled>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -142,7 +144,9 @@ pub fn keep(key: &str) -> bool {
 
 /// Targets: height and porosity, which are printed, and the continuum's means, which the paper says its own equal.
 fn published() -> impl Iterator<Item = &'static Published> {
-    PUBLISHED.iter().filter(|figure| figure.of == Of::Mean)
+    PUBLISHED
+        .iter()
+        .filter(|figure| figure.statistic == Of::Mean)
 }
 
 /// A stress is known as well as means of a thousand realizations could show that it is the paper's, and to its last printed digit, in
@@ -211,7 +215,7 @@ impl Search {
             let figure = &self.figures[index];
             let (value, deviation) = (figure.value, figure.deviation);
             let observed = self.observed.iter().filter_map(|observed| {
-                let sampled = observed.of.get(&figure.id)?;
+                let sampled = observed.sampled.get(&figure.id)?;
                 Some(Observation {
                     at: observed.at.clone(),
                     group: observed.bed as usize,
@@ -368,7 +372,7 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
     let observed = all.iter().map(|(bed, setting, _)| Observed {
         at: setting.at.clone(),
         bed: plan.wave * OF_BED + *bed as u64,
-        of: BTreeMap::new(),
+        sampled: BTreeMap::new(),
     });
     let mut observed: Vec<Observed> = observed.collect();
     let mut correlations = BTreeMap::new();
@@ -414,12 +418,12 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
                 mean,
                 variance,
             };
-            observed.of.insert(id.to_owned(), sampled);
+            observed.sampled.insert(id.to_owned(), sampled);
         }
         let beds: Vec<usize> = all.iter().map(|row| row.0).collect();
         correlations.insert(id.to_owned(), correlation(&beds, &values));
     }
-    observed.retain(|observed| !observed.of.is_empty());
+    observed.retain(|observed| !observed.sampled.is_empty());
     (observed, correlations)
 }
 

@@ -264,7 +264,11 @@ impl Dynamics {
 
     /// At least one step and at most so many; says how many it were.
     fn some_steps(&mut self, most: u64) -> Result<u64, Trouble> {
-        if let Some(reference) = self.reference.as_mut().filter(|of| of.is_in_space()) {
+        if let Some(reference) = self
+            .reference
+            .as_mut()
+            .filter(|reference| reference.is_in_space())
+        {
             self.punch_is_new = false;
             reference.press(self.state.punch);
             (0..most).for_each(|_| written_out(reference, &mut self.space));
@@ -380,12 +384,18 @@ impl Dynamics {
 
     /// The step in space, where there is one.
     fn in_space(&self) -> Option<&Reference> {
-        self.reference.as_deref().filter(|of| of.is_in_space())
+        self.reference
+            .as_deref()
+            .filter(|reference| reference.is_in_space())
     }
 
     /// Puts in rounding errors of another engine, before the first step or after one.
     pub(super) fn shake(&mut self, noise: &mut Shaker) {
-        let Some(reference) = self.reference.as_mut().filter(|of| of.is_in_space()) else {
+        let Some(reference) = self
+            .reference
+            .as_mut()
+            .filter(|reference| reference.is_in_space())
+        else {
             return noise.shake(&mut self.state, &self.constants);
         };
         let mut bodies = reference.bodies();
@@ -407,7 +417,10 @@ impl Dynamics {
     /// This moment as a table.
     pub fn snapshot(&self, stage: Stage, step: u64) -> Snapshot {
         let reference = self.with_contacts();
-        if let Some(reference) = reference.as_ref().filter(|of| of.is_in_space()) {
+        if let Some(reference) = reference
+            .as_ref()
+            .filter(|reference| reference.is_in_space())
+        {
             return Snapshot {
                 stage,
                 step,

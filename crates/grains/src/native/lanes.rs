@@ -18,8 +18,17 @@ pub struct Mask([u64; LANES]);
 
 /// What there is in each lane. In a function for a machine with vectors it must be no call.
 #[inline(always)]
-pub fn lanes<T>(of: impl Fn(usize) -> T) -> [T; LANES] {
-    [of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)]
+pub fn lanes<T>(lane: impl Fn(usize) -> T) -> [T; LANES] {
+    [
+        lane(0),
+        lane(1),
+        lane(2),
+        lane(3),
+        lane(4),
+        lane(5),
+        lane(6),
+        lane(7),
+    ]
 }
 
 impl Lanes {
@@ -92,8 +101,8 @@ impl Mask {
 }
 
 macro_rules! in_each_lane {
-    ($($of:ident :: $name:ident),*) => {$(
-        impl $of for Lanes {
+    ($($operation:ident :: $name:ident),*) => {$(
+        impl $operation for Lanes {
             type Output = Lanes;
             #[inline(always)]
             fn $name(self, other: Lanes) -> Lanes {

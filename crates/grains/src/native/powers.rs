@@ -215,7 +215,7 @@ fn has_fused() -> bool {
 }
 
 fn is_like_the_library(tables: &Tables, u: Lanes) -> bool {
-    let bits = |powers: [Lanes; 2]| powers.map(|of| of.0.map(f64::to_bits));
+    let bits = |powers: [Lanes; 2]| powers.map(|lanes| lanes.0.map(f64::to_bits));
     bits(tables.powers(u)) == bits(by_the_library(u))
 }
 
@@ -259,12 +259,12 @@ mod tests {
                     .wrapping_add(round | 1);
                 f64::from_bits((970 << 52) + state % (54 << 52))
             }));
-            let bits = |powers: [Lanes; 2]| powers.map(|of| of.0.map(f64::to_bits));
+            let bits = |powers: [Lanes; 2]| powers.map(|lanes| lanes.0.map(f64::to_bits));
             assert_eq!(bits(powers.of(u)), bits(by_the_library(u)), "{u:?}");
         }
         for u in [0.0, f64::MIN_POSITIVE, 1.0e-300, 0.6, 1.0, 30.0, f64::NAN] {
             let u = Lanes::all(u);
-            let bits = |powers: [Lanes; 2]| powers.map(|of| of.0.map(f64::to_bits));
+            let bits = |powers: [Lanes; 2]| powers.map(|lanes| lanes.0.map(f64::to_bits));
             assert_eq!(bits(powers.of(u)), bits(by_the_library(u)), "{u:?}");
         }
     }

@@ -78,9 +78,13 @@ impl Space {
         }
         let first = reference.constants.first_obstacle();
         let ahead = |at: &[Ids]| at.partition_point(|ids| ids.0 < first);
-        let ids: Vec<Ids> = reference.touching.iter().map(|of| of.ids).collect();
+        let ids: Vec<Ids> = reference
+            .touching
+            .iter()
+            .map(|touching| touching.ids)
+            .collect();
         let touching: Vec<Touching> = reference.touching.drain(..ahead(&ids)).collect();
-        let ids: Vec<Ids> = reference.memories.iter().map(|of| of.ids).collect();
+        let ids: Vec<Ids> = reference.memories.iter().map(|memory| memory.ids).collect();
         let memories: Vec<Memory> = reference.memories.drain(..ahead(&ids)).collect();
         let mut memories = memories.into_iter().peekable();
         let (mut near, mut kept) = (Vec::new(), Kept::default());
@@ -270,15 +274,15 @@ impl Kept {
     /// Remembers what the contact in this lane has done, forgets what is none any more; says whether there is one.
     fn keep(&mut self, at: usize, block: &Block, lane: usize) -> bool {
         let touches = block.overlap.0[lane] >= 0.0;
-        let of = |vectors: &Vectors| match touches {
+        let remembered = |vectors: &Vectors| match touches {
             true => in_lane(vectors, lane),
             false => [0.0; 3],
         };
-        self.normal[at] = of(&block.normal);
-        self.shear[at] = of(&block.shear);
-        self.force[at] = of(&block.force);
+        self.normal[at] = remembered(&block.normal);
+        self.shear[at] = remembered(&block.shear);
+        self.force[at] = remembered(&block.force);
         if let Some(moments) = self.moments.get_mut(at) {
-            *moments = [of(&block.moments[0]), of(&block.moments[1])];
+            *moments = [remembered(&block.moments[0]), remembered(&block.moments[1])];
         }
         if let Some(slides) = self.slides.get_mut(at) {
             *slides = touches && block.slides.0[lane] > 0.0;

@@ -114,10 +114,10 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
             .fold(0.0, f64::max)
     };
     let live: Vec<usize> = (0..count).filter(|term| most(*term) > 1.0).collect();
-    let column = |of: &dyn Fn(&Row) -> Vector| {
+    let column = |vector: &dyn Fn(&Row) -> Vector| {
         let values = some
             .iter()
-            .flat_map(|row| of(row).map(|part| part / row.least));
+            .flat_map(|row| vector(row).map(|part| part / row.least));
         DVector::from_iterator(3 * some.len(), values)
     };
     let off = column(&|row| row.off);
@@ -132,9 +132,9 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
             .into_iter()
             .filter_map(|set| {
                 let part = DMatrix::from_fn(size, size, |a, b| gram[(set[a], set[b])]);
-                let of = DVector::from_fn(size, |a, _| onto[set[a]]);
-                let found = part.cholesky()?.solve(&of);
-                Some((-found.dot(&of), set))
+                let right_side = DVector::from_fn(size, |a, _| onto[set[a]]);
+                let found = part.cholesky()?.solve(&right_side);
+                Some((-found.dot(&right_side), set))
             })
             .collect();
         sets.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -165,7 +165,7 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
         let is_shared = |more: &[(usize, f64)]| {
             let mut all = more.iter().map(factor);
             let first = all.next().unwrap_or(0.0);
-            all.all(|of| (of - first).abs() < 1.0e-6)
+            all.all(|other| (other - first).abs() < 1.0e-6)
         };
         fitted.retain(|more| match ugly(more) {
             0 => plainly > size,
@@ -204,12 +204,12 @@ fn shared(rows: &[&Row]) -> usize {
     rows.iter().map(|row| row.terms.len()).min().unwrap_or(0)
 }
 
-fn subsets(of: usize, size: usize) -> Vec<Vec<usize>> {
+fn subsets(count: usize, size: usize) -> Vec<Vec<usize>> {
     let mut all = vec![Vec::new()];
     for _ in 0..size {
         let longer = all.iter().flat_map(|set: &Vec<usize>| {
             let from = set.last().map_or(0, |last| last + 1);
-            (from..of).map(move |next| [&set[..], &[next]].concat())
+            (from..count).map(move |next| [&set[..], &[next]].concat())
         });
         all = longer.collect();
     }
@@ -228,17 +228,18 @@ fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
     let without: Vec<(usize, f64)> = more
         .iter()
         .copied()
-        .filter(|of| terms[of.0].0 != KEPT_DASHPOT)
+        .filter(|(term, _)| terms[*term].0 != KEPT_DASHPOT)
         .collect();
-    let is_missing =
-        |of: &(usize, f64)| terms[of.0].0 == DASHPOT && close(terms[of.0].1 + of.1, 0.0);
+    let is_missing = |(term, more): &(usize, f64)| {
+        terms[*term].0 == DASHPOT && close(terms[*term].1 + more, 0.0)
+    };
     let more = if without.iter().any(is_missing) {
         &without[..]
     } else {
         more
     };
-    let gone = |of: &&(usize, f64)| terms[of.0].1 != 0.0 && close(of.1, -terms[of.0].1);
-    let new = |of: &&(usize, f64)| terms[of.0].1 == 0.0 && close(of.1, 1.0);
+    let gone = |&&(term, more): &&(usize, f64)| terms[term].1 != 0.0 && close(more, -terms[term].1);
+    let new = |&&(term, more): &&(usize, f64)| terms[term].1 == 0.0 && close(more, 1.0);
     if let (2, Some(gone), Some(new)) = (more.len(), more.iter().find(gone), more.iter().find(new))
     {
         return format!(
@@ -277,7 +278,7 @@ fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
     (0..count).find_map(|term| {
         let (name, usual, _) = some[0].terms[term];
         // A row without the term says nothing of its factor, and must be right.
-        let of = |row: &Row| -> Option<f64> {
+        let factor = |row: &Row| -> Option<f64> {
             let value = row.terms[term].2;
             let more = dot(row.off, value) / dot(value, value);
             (row.left(&[(term, more)]) <= 2.0).then_some(usual + more)
@@ -285,15 +286,15 @@ fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
         let has = |row: &&&Row| hypot(row.terms[term].2) > row.least;
         let clear = |row: &&&Row| hypot(row.terms[term].2) > 1.0e3 * row.least;
         let without = all.iter().filter(|row| !has(row)).any(|row| row.is_off());
-        if without || !all.iter().filter(has).all(|row| of(row).is_some()) {
+        if without || !all.iter().filter(has).all(|row| factor(row).is_some()) {
             return None;
         }
         let rows: Vec<&&Row> = some.iter().filter(clear).collect();
-        let factors: Vec<f64> = rows.iter().filter_map(|row| of(row)).collect();
+        let factors: Vec<f64> = rows.iter().filter_map(|row| factor(row)).collect();
         let (low, high) = factors
             .iter()
-            .fold((f64::MAX, f64::MIN), |(low, high), of| {
-                (low.min(*of), high.max(*of))
+            .fold((f64::MAX, f64::MIN), |(low, high), factor| {
+                (low.min(*factor), high.max(*factor))
             });
         if rows.len() < 6 || high - low <= 1.0e-6 * high.abs().max(usual) {
             return None;
@@ -352,10 +353,10 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
                 power => format!("{}^{}", sizes[*size].0, number(power)),
             };
             let by: Vec<String> = set.iter().zip(&powers).map(power).collect();
-            let (by, of) = (by.join(" × "), constant.exp());
-            match (of - 1.0).abs() < 1.0e-6 {
+            let (by, factor) = (by.join(" × "), constant.exp());
+            match (factor - 1.0).abs() < 1.0e-6 {
                 true => (0, format!("with {name} × {by} (SI)")),
-                false => (1, format!("with {name} × {} × {by} (SI)", number(of))),
+                false => (1, format!("with {name} × {} × {by} (SI)", number(factor))),
             }
         })
     });
@@ -370,15 +371,18 @@ fn by_groups(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
     for (row, factor) in rows.iter().zip(factors) {
         groups.entry(&row.between).or_default().push(*factor);
     }
-    let same = |of: &Vec<f64>| {
-        of.iter()
-            .all(|factor| (factor - of[0]).abs() <= 1.0e-6 * of[0].abs().max(1.0e-3))
+    let same = |factors: &Vec<f64>| {
+        factors
+            .iter()
+            .all(|factor| (factor - factors[0]).abs() <= 1.0e-6 * factors[0].abs().max(1.0e-3))
     };
     let told = groups.len() > 1 && groups.len() <= 9 && groups.values().all(same);
     told.then(|| {
-        let other = groups.iter().filter(|(_, of)| (of[0] - 1.0).abs() > 1.0e-6);
+        let other = groups
+            .iter()
+            .filter(|(_, factors)| (factors[0] - 1.0).abs() > 1.0e-6);
         let said: Vec<String> = other
-            .map(|(between, of)| format!("{} between {between}", number(of[0])))
+            .map(|(between, factors)| format!("{} between {between}", number(factors[0])))
             .collect();
         format!("with {name} × {}", said.join(", by "))
     })

@@ -3,7 +3,7 @@
 use grains::rules::{
     DampedGravity, DampedSpins, DampingComponents, DampingVelocity, GivenVelocities, Integration,
 };
-use grains::tables::Snapshot;
+use grains::tables::{Bodies, Snapshot};
 use grains::vector::{Vector, each, hypot, minus, plus, times};
 
 use super::residuals::{Follower, Loads};
@@ -31,12 +31,10 @@ impl Follower<'_> {
         let vector = |columns: [&[f64]; 3], id: usize| {
             columns.map(|column| column.get(id).copied().unwrap_or(0.0))
         };
-        let places = |of: &Snapshot, id| vector([&of.bodies.x, &of.bodies.y, &of.bodies.z], id);
-        let velocity =
-            |of: &Snapshot, id| vector([&of.bodies.vx, &of.bodies.vy, &of.bodies.vz], id);
-        let spin =
-            |of: &Snapshot, id| vector([&of.bodies.spin_x, &of.bodies.spin, &of.bodies.spin_z], id);
-        let sum = |of: &mut dyn Iterator<Item = Vector>| of.fold(NONE, plus);
+        let places = |bodies: &Bodies, id| vector([&bodies.x, &bodies.y, &bodies.z], id);
+        let velocity = |bodies: &Bodies, id| vector([&bodies.vx, &bodies.vy, &bodies.vz], id);
+        let spin = |bodies: &Bodies, id| vector([&bodies.spin_x, &bodies.spin, &bodies.spin_z], id);
+        let sum = |vectors: &mut dyn Iterator<Item = Vector>| vectors.fold(NONE, plus);
         for (id, load) in loads.iter().enumerate() {
             let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
@@ -44,7 +42,7 @@ impl Follower<'_> {
                 sizes.extend(bodies.inertia.get(id).map(|inertia| ("I", *inertia)));
                 rows.entry((quantity, 0)).or_default().push(Row {
                     at: (self.run, at),
-                    of: Of::Grain(id),
+                    subject: Of::Grain(id),
                     off,
                     least,
                     terms,
@@ -53,8 +51,8 @@ impl Follower<'_> {
                 });
             };
             let ([x0, x1], [v0, v1]) = (
-                [was, now].map(|of| places(of, id)),
-                [was, now].map(|of| velocity(of, id)),
+                [was, now].map(|moment| places(&moment.bodies, id)),
+                [was, now].map(|moment| velocity(&moment.bodies, id)),
             );
             if rules.integration == Integration::KickDrift {
                 let gone = times(1.0 / dt, minus(x1, x0));
@@ -75,15 +73,17 @@ impl Follower<'_> {
             let undamped = |change: Vector, before: Vector, is_damped: bool| {
                 each([0, 1, 2], |axis| {
                     let a = change[axis] / dt;
-                    let of = |sign: f64| a / (1.0 - model.alpha * sign);
-                    let follows =
-                        |sign: &f64| sign * of(*sign) * (before[axis] + 0.5 * dt * of(*sign)) > 0.0;
+                    let acceleration = |sign: f64| a / (1.0 - model.alpha * sign);
+                    let follows = |sign: &f64| {
+                        sign * acceleration(*sign) * (before[axis] + 0.5 * dt * acceleration(*sign))
+                            > 0.0
+                    };
                     // Where both do, nothing is known.
                     match [1.0, -1.0].map(|sign| follows(&sign)) {
                         _ if !is_damped || model.alpha == 0.0 => (a, 0.0),
                         [true, true] => (f64::NAN, 0.0),
-                        [true, false] => (of(1.0), 1.0),
-                        [false, true] => (of(-1.0), -1.0),
+                        [true, false] => (acceleration(1.0), 1.0),
+                        [false, true] => (acceleration(-1.0), -1.0),
                         [false, false] => (a, 0.0),
                     }
                 })
@@ -131,13 +131,16 @@ impl Follower<'_> {
                 "contact forces of the step before", 0.0 => before.map_or(NONE, |before| before[id].force());
                 "m·v/Δt", 0.0 => times(mass / dt, v0);
             };
-            if gained.iter().all(|of| of.is_finite()) {
+            if gained.iter().all(|component| component.is_finite()) {
                 add(VELOCITIES, minus(gained, acting), least, terms);
             }
             if !model.law.rotates() {
                 continue;
             }
-            let ([w0, w1], inertia) = ([was, now].map(|of| spin(of, id)), bodies.inertia[id]);
+            let ([w0, w1], inertia) = (
+                [was, now].map(|moment| spin(&moment.bodies, id)),
+                bodies.inertia[id],
+            );
             let is_damped = rules.damped_spins == DampedSpins::Damped;
             let torque = plus(load.torque(), plus(load.moments[0], load.moments[1]));
             let a = undamped(minus(w1, w0), w0, is_damped);
@@ -179,7 +182,7 @@ impl Follower<'_> {
                 "local damping of spins", -1.0 => damping(torque, signs, &[0, 1, 2]);
                 "I·ω/Δt", 0.0 => times(inertia / dt, w0);
             };
-            if gained.iter().all(|of| of.is_finite()) {
+            if gained.iter().all(|component| component.is_finite()) {
                 let quantity = if load.near_limit {
                     SPINS_NEAR_LIMIT
                 } else {

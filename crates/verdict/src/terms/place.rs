@@ -15,7 +15,7 @@ const FEW: usize = 4;
 pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -> String {
     let mut few: Vec<String> = Vec::new();
     for row in off {
-        let name = match row.of {
+        let name = match row.subject {
             Of::Contact(one, two) => format!("{one}–{two}"),
             Of::Grain(id) => format!("grain {id}"),
         };
@@ -31,16 +31,16 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
     }
     let mut moments: BTreeMap<(usize, usize), (usize, usize)> = BTreeMap::new();
     for row in rows {
-        let of = moments.entry(row.at).or_default();
-        of.0 += 1;
-        of.1 += usize::from(row.is_off());
+        let counts = moments.entry(row.at).or_default();
+        counts.0 += 1;
+        counts.1 += usize::from(row.is_off());
     }
     let whole = moments
         .values()
         .filter(|(_, off)| *off > 0)
         .all(|(all, off)| all == off);
     if whole {
-        let steps = moments.iter().filter(|(_, of)| of.1 > 0);
+        let steps = moments.iter().filter(|(_, counts)| counts.1 > 0);
         let steps: BTreeSet<usize> = steps.map(|(at, _)| at.1).collect();
         let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
         let more = if steps.len() > 6 { ", …" } else { "" };
@@ -51,20 +51,20 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
     }
     let (run, at) = moments
         .iter()
-        .max_by_key(|(_, of)| of.1)
+        .max_by_key(|(_, counts)| counts.1)
         .map_or((0, 0), |(at, _)| *at);
     let here: Vec<&&Row> = off.iter().filter(|row| row.at == (run, at)).collect();
     let (case, moments) = runs[run];
     let contacts: Vec<(u32, u32)> = here
         .iter()
-        .filter_map(|row| match row.of {
+        .filter_map(|row| match row.subject {
             Of::Contact(one, two) => Some((one, two)),
             Of::Grain(_) => None,
         })
         .collect();
     let grains: Vec<usize> = here
         .iter()
-        .filter_map(|row| match row.of {
+        .filter_map(|row| match row.subject {
             Of::Grain(id) => Some(id),
             Of::Contact(..) => None,
         })
@@ -73,7 +73,7 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
     let all: Vec<Of> = rows
         .iter()
         .filter(|row| row.at == (run, at))
-        .map(|row| row.of)
+        .map(|row| row.subject)
         .collect();
     let condition = match contacts.is_empty() {
         true => {

@@ -166,7 +166,7 @@ impl<'a> Follower<'a> {
                     .parts
                     .brakings
                     .iter()
-                    .fold(NONE, |sum, of| plus(sum, *of));
+                    .fold(NONE, |sum, braking| plus(sum, *braking));
                 // What of the spring lies along the normal is told with the normal force.
                 let more = was.normal_force - was.parts.normal_force;
                 let most = LOOSE * was.turned * hypot(was.tangential).max(was.parts.limit);
@@ -181,7 +181,11 @@ impl<'a> Follower<'a> {
                     tangential: plus(was.tangential, along),
                     braking: whole,
                     brakes: acts,
-                    slip: was.parts.slips.iter().fold(NONE, |sum, of| plus(sum, *of)),
+                    slip: was
+                        .parts
+                        .slips
+                        .iter()
+                        .fold(NONE, |sum, slip| plus(sum, *slip)),
                     moments: was.parts.moments,
                     without_limit: was.parts.without_limit,
                 };
@@ -221,7 +225,7 @@ impl<'a> Follower<'a> {
                 ("u of the step before", was.map_or(u, |was| was.overlap)),
                 (
                     "|k_s·Δt·slip|",
-                    hypot(parts.slips.iter().fold(NONE, |sum, of| plus(sum, *of))),
+                    hypot(parts.slips.iter().fold(NONE, |sum, slip| plus(sum, *slip))),
                 ),
                 ("F_s", parts.elastic),
                 ("|F_s − F_a|", (parts.elastic - parts.pull).abs()),
@@ -238,7 +242,7 @@ impl<'a> Follower<'a> {
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
                 rows.entry((quantity, kind)).or_default().push(Row {
                     at: (self.run, at),
-                    of: Of::Contact(ids.0, ids.1),
+                    subject: Of::Contact(ids.0, ids.1),
                     off,
                     least,
                     terms,
@@ -320,7 +324,7 @@ impl<'a> Follower<'a> {
                 }
                 let load = &mut loads[id as usize];
                 let spin = [&now.bodies.spin_x, &now.bodies.spin, &now.bodies.spin_z]
-                    .map(|of| of.get(id as usize).copied().unwrap_or(0.0));
+                    .map(|column| column.get(id as usize).copied().unwrap_or(0.0));
                 let against = -fn_told * parts.radii[side] / hypot(spin).max(f64::MIN_POSITIVE);
                 load.rolling = plus(load.rolling, times(against, spin));
                 let by = [times(sign * fn_told, normal), times(sign, tangential)];
@@ -405,7 +409,7 @@ impl<'a> Follower<'a> {
             if !case.bodies.in_space() {
                 rows.entry((PUNCH, 2)).or_default().push(Row {
                     at: (self.run, at),
-                    of: Of::Contact(case.ids().punch(), 0),
+                    subject: Of::Contact(case.ids().punch(), 0),
                     off: [punch.force - on_punch, 0.0, 0.0],
                     least: ROUNDED * (on_punch.abs() + punch.force.abs() + 1.0e-6 * sizes),
                     terms: terms! {
@@ -437,14 +441,14 @@ impl<'a> Follower<'a> {
         if before.is_some_and(|(_, (_, cut))| cut && !kept_is_told) {
             return;
         }
-        let across = |of: Vector| minus(of, times(dot(of, normal), normal));
-        let sum = |of: &[Vector; 3]| of.iter().fold(NONE, |sum, part| plus(sum, *part));
+        let across = |vector: Vector| minus(vector, times(dot(vector, normal), normal));
+        let sum = |vectors: &[Vector; 3]| vectors.iter().fold(NONE, |sum, part| plus(sum, *part));
         let (slip, braking) = (sum(&parts.slips), sum(&parts.brakings));
         let trial = plus(
             plus(parts.kept, times(parts.share, slip)),
             plus(parts.turns[0], parts.turns[1]),
         );
-        let spins = |of: &[Vector; 3]| plus(of[1], of[2]);
+        let spins = |vectors: &[Vector; 3]| plus(vectors[1], vectors[2]);
         let u_of = u / (parts.radii[0] + parts.radii[1]);
         let (size, told, limit) = (hypot(trial), hypot(tangential), parts.limit);
         let off = across(minus(tangential, parts.tangential));
@@ -506,9 +510,9 @@ impl<'a> Follower<'a> {
         } else if (size > SLIDES * limit || is_early) && (limit > 0.0 || told > 0.0) && !within {
             let way = times(1.0 / size, trial);
             let elastic = parts.tangent * parts.elastic;
-            let along = |of: Vector| match hypot(of) {
+            let along = |vector: Vector| match hypot(vector) {
                 0.0 => NONE,
-                size => times(limit / size, of),
+                size => times(limit / size, vector),
             };
             terms = terms! {
                 "Coulomb's limit along the spring's force", has(!is_early) => times(limit, way);
@@ -576,6 +580,9 @@ fn told_braking(
     match rule {
         TangentialDashpot::None => NONE,
         TangentialDashpot::WhileSticking if is_at(hypot(tangential), parts.limit, turned) => NONE,
-        _ => parts.brakings.iter().fold(NONE, |sum, of| plus(sum, *of)),
+        _ => parts
+            .brakings
+            .iter()
+            .fold(NONE, |sum, braking| plus(sum, *braking)),
     }
 }
