@@ -52,6 +52,8 @@ class Solids:
         viscosity, beside = self.law["contact"]["viscosity"], self.law["contact"].get("tangential_viscosity")
         if viscosity["kind"] == "none":
             return None
+        if viscosity["kind"] == "dashpot":
+            raise Refused("a constant dashpot beside Hertz's springs")
         if viscosity["kind"] == "ratio":
             return viscosity["ratio"], viscosity["ratio"] if beside is None else beside
         return [hertz_ratio(e, viscosity["tension"]) for e in (viscosity["e_n"], viscosity["e_n"] if beside is None else beside)]
