@@ -468,10 +468,7 @@ class Run:
         rows = wall_contacts(job, lambda grain: self.classes.radii[self.classes.of[grain]], places[: len(grains)])
         if job.asked["punch"] is not None:
             centre = (places[-1][0], places[-1][-1])
-            touched = punch_contacts(job, centre, [(of[0], of[-1]) for of in places[: len(grains)]])
-            if self.space:
-                touched = [(*of[:6], 0.0, of[6], of[7], places[of[1]][1], of[8]) for of in touched]
-            rows += touched
+            rows += punch_contacts(job, centre, places[: len(grains)])
         if self.rich:
             rows = [self.told(row) for row in rows]
         if job.asked["punch"] is not None:

@@ -181,10 +181,12 @@ def wall_contacts(job, curvature, places, push=None):
     return rows
 
 
-def punch_contacts(job, centre, places):
-    """Rows of what touches the punch, by the law whose formulas `push` gives to the program."""
+def punch_contacts(job, centre, places, push=None):
+    """Rows of what touches the punch, by the law whose formulas `push` gives to the program, or by this one; of `places` the height is the
+    last."""
     rows, punch = [], len(job.grains) + len(job.model["walls"])
-    for grain, place in enumerate(places):
+    for grain, whole in enumerate(places):
+        place = (whole[0], whole[-1])
         radius = job.grains[grain]["radius"]
         away = [here - there for here, there in zip(place, centre)]
         past = [abs(of) - half for of, half in zip(away, job.asked["punch"]["half_extents"])]
@@ -201,6 +203,8 @@ def punch_contacts(job, centre, places):
         normal = [of if here > 0.0 else -of for of, here in zip(share, away)]
         # In the middle between the punch's nearest point and the grain's deepest one.
         point = [here - 0.5 * (apart + radius) * of for here, of in zip(place, normal)]
-        force = stiffness(job.model["law"]["modulus"], radius, radius) * overlap
-        rows.append((punch, grain, overlap, force, 0.0, *normal, *point))
+        force = push(grain, None, overlap) if push else stiffness(job.model["law"]["modulus"], radius, radius) * overlap
+        if job.axes == "xyz":
+            normal, point = (normal[0], 0.0, normal[1]), (point[0], whole[1], point[1])
+        rows.append((punch, grain, overlap, force, no_shear(job), *normal, *point))
     return rows
