@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""ESyS-Particle as an engine of crossgrain: spheres that do not turn, in one plane.
+"""ESyS-Particle as an engine of crossgrain: spheres that do not turn, in one plane or in space.
 
 Its step is the leapfrog, with velocities of the half step before the positions, as crossgrain has it. It is an MPI job
 of two processes, and `mpirun` listens on all addresses, so both have a network of their own, which nobody else sees.
@@ -24,7 +24,7 @@ INSIDE = "CROSSGRAIN_ESYSPARTICLE_JOB"
 # What the master answers, in that folder.
 ANSWER = "answer.json"
 NEEDED = {"esysparticle": "esys-particle", "mpirun": "openmpi-bin", "unshare": "util-linux"}
-PARTS = ["normal_spring", "local_damping", "gravity", "walls", "stop_rules", "cases"]
+PARTS = ["normal_spring", "local_damping", "gravity", "walls", "stop_rules", "cases", "space"]
 APPROXIMATIONS = [
     "the spring of two grains has the mean of both stiffnesses, E·(R1 + R2)/2, not both in series",
     "local damping goes by the sign of the velocity before the kick, not of that halfway through it, and spares what is at rest",
@@ -69,17 +69,21 @@ class Bed:
         program.initNeighbourSearch("NRotSphere", cell, SKIN * largest)
         program.setNumTimeSteps(2**31 - 1)
         program.setTimeStepSize(model["dt"])
-        program.setSpatialDomain(BoundingBox(Vec3(*low, -2.0 * cell), Vec3(*high, 2.0 * cell)))
+        # The plane has x and y in the program, which is in space.
+        plane = job.axes == "xz"
+        whole = lambda vector, across=0.0: Vec3(*vector, *[across] * plane)
+        program.setSpatialDomain(BoundingBox(whole(low, -2.0 * cell), whole(high, 2.0 * cell)))
         spheres = []
         for index, grain in enumerate(job.grains):
-            spheres.append(NRotSphere(index, Vec3(grain["x"], grain["z"], 0.0), grain["radius"], grain["mass"]))
-            spheres[-1].setLinearVelocity(Vec3(grain["vx"], grain["vz"], 0.0))
+            spheres.append(NRotSphere(index, whole([grain[axis] for axis in job.axes]), grain["radius"], grain["mass"]))
+            spheres[-1].setLinearVelocity(whole([grain["v" + axis] for axis in job.axes]))
         program.createParticles(spheres)
         # Scaled by a quarter of the sum of both radii.
         groups = [NRotElasticPrms("springs", 2.0 * model["law"]["modulus"], True)]
-        groups.append(GravityPrms("gravity", Vec3(*model["gravity"], 0.0)))
+        across, up = model["gravity"]
+        groups.append(GravityPrms("gravity", whole((across, up) if plane else (across, 0.0, up))))
         for index, wall in enumerate(model["walls"]):
-            name, axis = "wall %d" % index, "xz".index(wall["axis"])
+            name, axis = "wall %d" % index, job.axes.index(wall["axis"])
             side = 1.0 if job.grains[0][wall["axis"]] > wall["place"] else -1.0
             place, normal = [0.0] * 3, [0.0] * 3
             place[axis], normal[axis] = wall["place"], side
@@ -100,27 +104,31 @@ class Bed:
         if len(grains) != len(self.job.grains):
             raise RuntimeError("grains were lost: %d of %d are left" % (len(grains), len(self.job.grains)))
         both = ((grain.getPosn(), grain.getVelocity()) for grain in grains)
+        if self.job.axes == "xyz":
+            return [(place[0], place[2], velocity[0], velocity[2], place[1], velocity[1]) for place, velocity in both]
         return [(place[0], place[1], velocity[0], velocity[1]) for place, velocity in both]
 
     def show(self, motion):
-        radius, places = lambda grain: self.job.grains[grain]["radius"], [of[:2] for of in motion]
-        modulus = self.job.model["law"]["modulus"]
-        rows = pair_contacts(self.job, lambda one, two: 0.5 * modulus * (radius(one) + radius(two)), places)
+        radius, modulus = lambda grain: self.job.grains[grain]["radius"], self.job.model["law"]["modulus"]
+        places = [of[:2] if self.job.axes == "xz" else (of[0], of[4], of[1]) for of in motion]
+        push = lambda one, two, overlap: 0.5 * modulus * (radius(one) + radius(two)) * overlap
+        rows = pair_contacts(self.job, push, places)
         self.job.moment("settle", self.step, motion, rows + wall_contacts(self.job, radius, places))
 
 
 def domain(job, margin):
     """Where grains may go: lower and upper corner."""
-    (across, up), fastest = job.model["gravity"], max(math.hypot(grain["vx"], grain["vz"]) for grain in job.grains)
+    speeds = (math.hypot(*(grain["v" + axis] for axis in job.axes)) for grain in job.grains)
+    (across, up), fastest = job.model["gravity"], max(speeds)
     if job.kind == "case":
         time = job.asked["moments"][-1] * job.model["dt"]
         margin += fastest * time + 0.5 * math.hypot(across, up) * time * time
     else:
         margin += 0.5 * fastest * fastest / max(-up, 1.0e-3)
-    places = {"x": [grain["x"] for grain in job.grains], "z": [grain["z"] for grain in job.grains]}
+    places = {axis: [grain[axis] for grain in job.grains] for axis in job.axes}
     for wall in job.model["walls"]:
         places[wall["axis"]].append(wall["place"])
-    return [min(places[axis]) - margin for axis in "xz"], [max(places[axis]) + margin for axis in "xz"]
+    return [min(places[axis]) - margin for axis in job.axes], [max(places[axis]) + margin for axis in job.axes]
 
 
 def settle(job, bed):

@@ -468,17 +468,15 @@ class Run:
         rows = wall_contacts(job, lambda grain: self.classes.radii[self.classes.of[grain]], places[: len(grains)])
         if job.asked["punch"] is not None:
             centre = (places[-1][0], places[-1][-1])
-            touched = punch_contacts(job, centre, [(of[0], of[-1]) for of in places[: len(grains)]])
-            if self.space:
-                touched = [(*of[:6], 0.0, of[6], of[7], places[of[1]][1], of[8]) for of in touched]
-            rows += touched
+            rows += punch_contacts(job, centre, places[: len(grains)])
         if self.rich:
             rows = [self.told(row) for row in rows]
         if job.asked["punch"] is not None:
             of_punch = [row for row in rows if row[0] == len(grains) + len(job.model["walls"])]
             force = -sum(row[3] * row[7] + row[4][2] if self.space else row[3] * row[6] + row[4] * row[5] for row in of_punch)
             punch = {"centre": centre, "start": job.asked["punch"]["start"], "velocity": self.motion[-1][3], "force": force}
-        rows += contacts(job, self.classes, places[: len(grains)], self.pairs, self.rich)
+        pairs = [self.words.mended(self, *of) for of in self.pairs] if self.words.mended else self.pairs
+        rows += contacts(job, self.classes, places[: len(grains)], pairs, self.rich)
         job.moment(job.asked.get("stage", "settle"), self.step, motion, rows, punch)
 
     def told(self, row):
@@ -551,11 +549,12 @@ class Words:
     """What a program calls things: its name, the commands of a bed up to the first step (`script`), columns of pairs under springs
     alone, under another law and in space (`pairs`), how it is told digits (`form`) and spins in the plane and in space (`turn`), and
     commands before and after those that write pairs under a law with dashpots (`around`, of the axes), where
-    they are not looked at while velocities are those of the half step (`looks`)."""
+    they are not looked at while velocities are those of the half step (`looks`), and what makes of a row of pairs the force that acted
+    (`mended`, of the run), where the program writes another one."""
 
-    def __init__(self, program, script, pairs, form, turn, around, looks=False):
+    def __init__(self, program, script, pairs, form, turn, around, looks=False, mended=None):
         self.program, self.script, self.pairs, self.form, self.turn = program, script, pairs, form, turn
-        self.around, self.looks = around, looks
+        self.around, self.looks, self.mended = around, looks, mended
 
 
 def serve_program(title, package, words, rules, timing, more=(), in_space=refuse_space, parts=()):

@@ -1,5 +1,9 @@
 #!/usr/bin/env python3
-"""Kratos DEM as an engine of crossgrain: spheres that do not turn, in one plane, with the springs of `DEM_D_Linear_Simple_Coulomb`.
+"""Kratos DEM as an engine of crossgrain: spheres that do not turn, in one plane or in space, with the springs of
+`DEM_D_Linear_Simple_Coulomb` or, in space, of `DEM_D_Hertz_viscous_Coulomb`.
+
+There is no friction: turns of grains make slip by finite rotations, and a dashpot beside a spring is limited along its own direction, which
+no rule says.
 
 Its step is the leapfrog, with velocities of the half step before the positions, as crossgrain has it. Of two parallel
 faces on one side of a grain its search keeps the nearer one alone, in whatever order they are given: a disc that is 0.1 mm deep in two
@@ -10,18 +14,18 @@ import os
 import sys
 
 from exchange import Refused, serve
-from law import pair_contacts, punch_contacts, refuse, refuse_inside, stiffness, wall_contacts
+from law import Solids, elastic, pair_contacts, punch_contacts, refuse, refuse_inside, wall_contacts
 from stages import run_case, run_scene
 
 # Where the environment is, if not in the usual place.
 ENVIRONMENT = "CROSSGRAIN_KRATOS"
 USUAL = os.path.expanduser("~/.local/share/crossgrain/kratos")
 PACKAGES = "KratosMultiphysics==10.4.4 KratosDEMApplication==10.4.4"
-PARTS = ["normal_spring", "local_damping", "gravity", "walls", "punch", "stop_rules", "cases"]
+PARTS = ["normal_spring", "local_damping", "gravity", "walls", "punch", "stop_rules", "cases", "space", "hertz_mindlin"]
 APPROXIMATIONS = [
     "local damping goes by the sign of the velocity before the kick, not of that halfway through it, and spares what is at rest"
 ]
-RULES = {"damping_velocity": "before"}
+RULES = {"damping_velocity": "before", "wall_radius": "flat"}
 # How far walls reach beyond the grains, over the largest radius.
 BEYOND = 40.0
 
@@ -59,8 +63,9 @@ class Program:
     def variable(self, name):
         return getattr(self.core, name) if hasattr(self.core, name) else getattr(self.dem, name)
 
-    def vector(self, across, up):
-        return self.core.Array3([across, up, 0.0])
+    def vector(self, parts):
+        """In the plane across and up."""
+        return self.core.Array3([*parts, 0.0][:3])
 
 
 # Started once, and only where there is something to do.
@@ -68,7 +73,7 @@ program = functools.cache(Program)
 
 
 class Bed:
-    """The grains in the program, which has the plane as x and y."""
+    """The grains in the program, which has the plane as x and y, and space as it is."""
 
     def __init__(self, job, program):
         self.job, self.program, self.step = job, program, job.first
@@ -85,9 +90,9 @@ class Bed:
         of_grains, self.of_walls = self.properties(spheres, self.faces)
         velocity = core.VELOCITY
         for index, grain in enumerate(job.grains):
-            node = spheres.CreateNewNode(index + 1, grain["x"], grain["z"], 0.0)
+            node = spheres.CreateNewNode(index + 1, *program.vector([grain[axis] for axis in job.axes]))
             node.SetSolutionStepValue(core.RADIUS, grain["radius"])
-            node.SetSolutionStepValue(velocity, program.vector(grain["vx"], grain["vz"]))
+            node.SetSolutionStepValue(velocity, program.vector([grain["v" + axis] for axis in job.axes]))
             spheres.CreateNewElement("SphericParticle3D", index + 1, [index + 1], of_grains)
         self.corners, self.conditions = len(job.grains), 0
         self.walls()
@@ -104,8 +109,8 @@ class Bed:
         force = core.EXTERNAL_APPLIED_FORCE
         for node, grain in zip(self.nodes, job.grains):
             node.SetSolutionStepValue(core.NODAL_MASS, grain["mass"])
-            weight = [grain["mass"] * of for of in model["gravity"]]
-            node.SetSolutionStepValue(force, program.vector(*weight))
+            across, up = (grain["mass"] * of for of in model["gravity"])
+            node.SetSolutionStepValue(force, program.vector((across, up) if job.axes == "xz" else (across, 0.0, up)))
 
     def settings(self):
         given = self.program.defaults()
@@ -120,14 +125,15 @@ class Bed:
 
     def properties(self, spheres, faces):
         """Those of grains and of walls, and of what touches."""
-        of, made = self.program.variable, []
+        of, made, is_hertz = self.program.variable, [], Solids(self.job).is_hertz
+        law = "DEM_D_Hertz_viscous_Coulomb" if is_hertz else "DEM_D_Linear_Simple_Coulomb"
         for part in (spheres, faces):
             made.append(part.CreateNewProperties(len(made) + 1))
             made[-1][of("YOUNG_MODULUS")] = self.job.model["law"]["modulus"]
-            made[-1][of("POISSON_RATIO")] = 0.0
+            made[-1][of("POISSON_RATIO")] = self.job.model["law"].get("poissons_ratio") or 0.0 if is_hertz else 0.0
             made[-1][of("COMPUTE_WEAR")] = False
             touching = self.program.core.Properties(len(made))
-            touching[of("DEM_DISCONTINUUM_CONSTITUTIVE_LAW_NAME")] = "DEM_D_Linear_Simple_Coulomb"
+            touching[of("DEM_DISCONTINUUM_CONSTITUTIVE_LAW_NAME")] = law
             touching[of("DEM_ROLLING_FRICTION_MODEL_NAME")] = "DEMRollingFrictionModelBounded"
             for name, value in {"STATIC_FRICTION": 0.0, "DYNAMIC_FRICTION": 0.0, "ROLLING_FRICTION": 0.0}.items():
                 touching[of(name)] = value
@@ -145,26 +151,31 @@ class Bed:
         self.conditions += 1
         self.faces.CreateNewCondition("RigidFace3D4N", self.conditions, [corner.Id for corner in corners], self.of_walls)
 
+    def point(self, x, y, z):
+        """A corner; in the plane y is across it."""
+        return self.corner(*((x, z, y) if self.job.axes == "xz" else (x, y, z)))
+
     def walls(self):
         """Faces so large that no grain comes to their edges."""
         job, largest = self.job, max(grain["radius"] for grain in self.job.grains)
-        places = {"x": [grain["x"] for grain in job.grains], "z": [grain["z"] for grain in job.grains]}
+        places = {axis: [grain.get(axis, 0.0) for grain in job.grains] for axis in "xyz"}
         for wall in job.model["walls"]:
             places[wall["axis"]].append(wall["place"])
         margin = BEYOND * largest + sum(max(of) - min(of) for of in places.values())
         for wall in job.model["walls"]:
-            other = places["z" if wall["axis"] == "x" else "x"]
-            ends = min(other) - margin, max(other) + margin
-            along = [(ends[0], -margin), (ends[1], -margin), (ends[1], margin), (ends[0], margin)]
-            at = lambda of, deep: (wall["place"], of, deep) if wall["axis"] == "x" else (of, wall["place"], deep)
-            self.face([self.corner(*at(*of)) for of in along])
+            one, two = (axis for axis in "xyz" if axis != wall["axis"])
+            ends = [(min(places[axis]) - margin, max(places[axis]) + margin) for axis in (one, two)]
+            around = [(0, 0), (1, 0), (1, 1), (0, 1)]
+            corners = [{wall["axis"]: wall["place"], one: ends[0][i], two: ends[1][k]} for i, k in around]
+            self.face([self.point(**corner) for corner in corners])
 
     def block(self):
         """The punch: four faces, whose corners are moved."""
         (x, z), (across, up) = self.job.asked["punch"]["centre"], self.job.asked["punch"]["half_extents"]
         deep = BEYOND * max(grain["radius"] for grain in self.job.grains)
+        sides = [grain.get("y", 0.0) for grain in self.job.grains]
         around = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-        rings = [[self.corner(x + i * across, z + k * up, of) for i, k in around] for of in (-deep, deep)]
+        rings = [[self.point(x + i * across, of, z + k * up) for i, k in around] for of in (min(sides) - deep, max(sides) + deep)]
         for one in range(4):
             two = (one + 1) % 4
             self.face([rings[0][one], rings[0][two], rings[1][two], rings[1][one]])
@@ -180,7 +191,7 @@ class Bed:
             self.punch["z"] += self.punch["velocity"] * self.job.model["dt"]
             (_, up), corners = self.job.asked["punch"]["half_extents"], self.punch["corners"]
             for index, corner in enumerate(corners):
-                corner.Y = self.punch["z"] + (up if index % 4 > 1 else -up)
+                setattr(corner, "Y" if self.job.axes == "xz" else "Z", self.punch["z"] + (up if index % 4 > 1 else -up))
 
     def to(self, step):
         while self.step < step:
@@ -192,7 +203,7 @@ class Bed:
         loading, given = self.job.asked["loading"], self.job.asked["punch"]
         while True:
             self.go()
-            force = self.force(self.pushed([of[:2] for of in self.motion]))
+            force = self.force(self.pushed(self.places(self.motion)))
             reached = force >= loading["target_force"]
             deep = given["start"] - (self.punch["z"] - given["half_extents"][1]) >= loading["give_up_depth"]
             if reached or deep or self.step >= step:
@@ -208,21 +219,24 @@ class Bed:
     def motion(self):
         speed = self.program.core.VELOCITY
         both = ((node, node.GetSolutionStepValue(speed)) for node in self.nodes)
+        if self.job.axes == "xyz":
+            return [(node.X, node.Z, velocity[0], velocity[2], node.Y, velocity[1]) for node, velocity in both]
         return [(node.X, node.Y, velocity[0], velocity[1]) for node, velocity in both]
 
-    def pushed(self, places):
-        return punch_contacts(self.job, (self.job.asked["punch"]["centre"][0], self.punch["z"]), places)
+    def places(self, motion):
+        return [of[:2] if self.job.axes == "xz" else (of[0], of[4], of[1]) for of in motion]
 
-    @staticmethod
-    def force(pushed):
-        return -sum(row[3] * row[6] for row in pushed)
+    def pushed(self, places):
+        return punch_contacts(self.job, (self.job.asked["punch"]["centre"][0], self.punch["z"]), places, elastic(self.job))
+
+    def force(self, pushed):
+        return -sum(row[3] * row[4 + len(self.job.axes)] for row in pushed)
 
     def show(self):
         """Write the moment, with the forces of the law: the program keeps their sums alone."""
         job, motion, punch = self.job, self.motion, None
-        places, radius = [of[:2] for of in motion], lambda grain: job.grains[grain]["radius"]
-        between = lambda one, two: stiffness(job.model["law"]["modulus"], radius(one), radius(two))
-        rows = pair_contacts(job, between, places) + wall_contacts(job, radius, places)
+        places, push = self.places(motion), elastic(job)
+        rows = pair_contacts(job, push, places) + wall_contacts(job, None, places, push)
         if self.punch is not None:
             given, pushed = job.asked["punch"], self.pushed(places)
             centre, force = [given["centre"][0], self.punch["z"]], self.force(pushed)

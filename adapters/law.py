@@ -1,4 +1,5 @@
 """The model's law as an adapter needs it: what touches at given places, and which laws a program without friction refuses."""
+import itertools
 import math
 
 from exchange import Refused
@@ -52,6 +53,8 @@ class Solids:
         viscosity, beside = self.law["contact"]["viscosity"], self.law["contact"].get("tangential_viscosity")
         if viscosity["kind"] == "none":
             return None
+        if viscosity["kind"] == "dashpot":
+            raise Refused("a constant dashpot beside Hertz's springs")
         if viscosity["kind"] == "ratio":
             return viscosity["ratio"], viscosity["ratio"] if beside is None else beside
         return [hertz_ratio(e, viscosity["tension"]) for e in (viscosity["e_n"], viscosity["e_n"] if beside is None else beside)]
@@ -124,26 +127,45 @@ def refuse_inside(job):
             raise Refused("the centre of a grain inside the punch")
 
 
-def pair_contacts(job, between, places):
-    """Rows of grains that touch; `between` is the stiffness of two grains, by their numbers."""
+def elastic(job):
+    """The force of an overlap of two grains, by their numbers, or of one at a flat wall, where the other is none."""
+    solids, law, grains = Solids(job), job.model["law"], job.grains
+
+    def push(one, two, overlap):
+        radius1, radius2 = (grains[at]["radius"] for at in (one, one if two is None else two))
+        if not solids.is_hertz:
+            return stiffness(law["modulus"], radius1, radius2) * overlap
+        radius = radius1 if two is None else radius1 * radius2 / (radius1 + radius2)
+        return solids.springs(0, 0)[0] * math.sqrt(radius) * overlap**1.5
+
+    return push
+
+
+def pair_contacts(job, push, places):
+    """Rows of grains that touch; `push` is the force of two grains, by their numbers, and their overlap."""
     grains, rows, cells = job.grains, [], {}
-    size = 2.0 * max(grain["radius"] for grain in grains)
-    for two, (x, z) in enumerate(places):
-        across, up = math.floor(x / size), math.floor(z / size)
-        for one in (one for i in (-1, 0, 1) for k in (-1, 0, 1) for one in cells.get((across + i, up + k), ())):
-            dx, dz = x - places[one][0], z - places[one][1]
-            distance, radius = math.sqrt(dx * dx + dz * dz), grains[one]["radius"]
+    size, around = 2.0 * max(grain["radius"] for grain in grains), list(itertools.product((-1, 0, 1), repeat=len(job.axes)))
+    for two, place in enumerate(places):
+        cell = tuple(math.floor(along / size) for along in place)
+        near = (tuple(at + step for at, step in zip(cell, steps)) for steps in around)
+        for one in (one for other in near for one in cells.get(other, ())):
+            away = [there - here for here, there in zip(places[one], place)]
+            distance, radius = math.sqrt(sum(along * along for along in away)), grains[one]["radius"]
             overlap = radius + grains[two]["radius"] - distance
             if overlap >= 0.0:
-                normal, arm = (dx / distance, dz / distance), radius - 0.5 * overlap
-                point = [place + arm * of for place, of in zip(places[one], normal)]
-                rows.append((one, two, overlap, between(one, two) * overlap, 0.0, *normal, *point))
-        cells.setdefault((across, up), []).append(two)
+                normal, arm = [along / distance for along in away], radius - 0.5 * overlap
+                point = [here + arm * along for here, along in zip(places[one], normal)]
+                rows.append((one, two, overlap, push(one, two, overlap), no_shear(job), *normal, *point))
+        cells.setdefault(cell, []).append(two)
     return rows
 
 
-def wall_contacts(job, curvature, places):
-    """Rows of what touches a wall, which counts as a grain of this curvature, by the number of the grain."""
+def no_shear(job):
+    return 0.0 if job.axes == "xz" else (0.0, 0.0, 0.0)
+
+
+def wall_contacts(job, curvature, places, push=None):
+    """Rows of what touches a wall, which counts as a grain of this curvature, by the number of the grain, or pushes by this law."""
     rows, grains = [], job.grains
     for index, wall in enumerate(job.model["walls"]):
         axis = job.axes.index(wall["axis"])
@@ -154,15 +176,17 @@ def wall_contacts(job, curvature, places):
                 continue
             normal, point = [0.0] * len(place), list(place)
             normal[axis], point[axis] = math.copysign(1.0, distance), wall["place"]
-            force = stiffness(job.model["law"]["modulus"], curvature(grain), curvature(grain)) * overlap
-            rows.append((len(grains) + index, grain, overlap, force, 0.0, *normal, *point))
+            force = push(grain, None, overlap) if push else stiffness(job.model["law"]["modulus"], *2 * [curvature(grain)]) * overlap
+            rows.append((len(grains) + index, grain, overlap, force, no_shear(job), *normal, *point))
     return rows
 
 
-def punch_contacts(job, centre, places):
-    """Rows of what touches the punch, by the law whose formulas `push` gives to the program."""
+def punch_contacts(job, centre, places, push=None):
+    """Rows of what touches the punch, by the law whose formulas `push` gives to the program, or by this one; of `places` the height is the
+    last."""
     rows, punch = [], len(job.grains) + len(job.model["walls"])
-    for grain, place in enumerate(places):
+    for grain, whole in enumerate(places):
+        place = (whole[0], whole[-1])
         radius = job.grains[grain]["radius"]
         away = [here - there for here, there in zip(place, centre)]
         past = [abs(of) - half for of, half in zip(away, job.asked["punch"]["half_extents"])]
@@ -179,6 +203,8 @@ def punch_contacts(job, centre, places):
         normal = [of if here > 0.0 else -of for of, here in zip(share, away)]
         # In the middle between the punch's nearest point and the grain's deepest one.
         point = [here - 0.5 * (apart + radius) * of for here, of in zip(place, normal)]
-        force = stiffness(job.model["law"]["modulus"], radius, radius) * overlap
-        rows.append((punch, grain, overlap, force, 0.0, *normal, *point))
+        force = push(grain, None, overlap) if push else stiffness(job.model["law"]["modulus"], radius, radius) * overlap
+        if job.axes == "xyz":
+            normal, point = (normal[0], 0.0, normal[1]), (point[0], whole[1], point[1])
+        rows.append((punch, grain, overlap, force, no_shear(job), *normal, *point))
     return rows

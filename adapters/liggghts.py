@@ -6,9 +6,10 @@ the next one, where a grain is within that edge by d and deeper than d^2/2R. A d
 is pushed 1.64 times as hard, one of 0.1 mm depth as hard as it should be. So a grain that slides from a corner below the punch is pushed
 twice: of 300 grains one by 1753.73 N instead of 876.87 N, and that bed is 2.1e8 times as far from its native one as replicas.
 
-In space each kind of grains is a type of its own, and no grain is pushed twice (`sides`). There are linear springs alone: `model hertz`
-keeps a displacement where the model keeps a force, 19.7 % less of it when the overlap falls from 0.15 to 0.07 mm, and no rule says so.
-Refused are a punch that stops, linear springs of more than 200 kinds of grains, and pouring with friction that goes on into loading.
+In space each kind of grains is a type of its own, and no grain is pushed twice (`sides`). Of `model hertz` the tangential spring keeps a
+displacement (rule `spring_memory`), R* at walls is R (rule `wall_radius`), and both dashpots are of one restitution.
+Refused are a punch that stops, linear springs of more than 200 kinds of grains, Hertz's springs with a dashpot along the tangent of its own,
+and pouring with friction that goes on into loading.
 """
 import math
 import os
@@ -24,11 +25,15 @@ TWICE = (
 )
 # Constants of what is switched off; the program asks for them.
 NONE = ("kt", "gamman", "gammat", "coefficientFriction")
+# How near to Coulomb's limit a spring is that was cut, over the limit or the force along the tangent.
+AT_LIMIT = 1.0e-14
+# The restitution of Hertz's dashpots, whatever is asked for.
+RESTITUTION = 0.3
 # What is asked of pairs of grains: their ids and the force.
 PAIRS = "c_pushing[1] c_pushing[2] c_pushing[4] c_pushing[5]"
 PAIRS_IN_SPACE = PAIRS + " c_pushing[6]"
 RULES = {"slip": "contact_point", "slip_at_walls": "half_overlap", "torque_arms": "half_overlap", "torque_arms_at_walls": "half_overlap",
-         "spring_turn": "projected", "new_contact": "whole_step"}  # fmt: skip
+         "spring_turn": "projected", "spring_memory": "displacement", "wall_radius": "flat", "new_contact": "whole_step"}  # fmt: skip
 
 
 def around(axes):
@@ -43,37 +48,43 @@ def script(run):
     """Everything up to the first step."""
     job, classes, space = run.job, run.classes, run.space
     law, radii, solids = job.model["law"], classes.radii, Solids(job)
-    # Types of the walls and of the punch: a grain touches them with the stiffness of two grains of its radius.
+    # Types of the walls and of the punch: a grain touches them with the stiffness of two grains of its radius, or of its materials.
     grains, walls = len(radii), len(radii) + 1
     types = range(len(radii) + 2)
+    # Before the grains, as it gives them masses.
+    of_materials = of_hertz(job, classes, solids) if space and solids.is_hertz else []
     weighed = (lambda radius: 4.0 / 3.0 * math.pi * radius**3) if space else (lambda radius: math.pi * radius**2)
     granular.write_data(os.path.join(run.folder, "data"), job, classes, len(types), weighed)
     lines = granular.bed(job, classes, "granular", "communicate single vel yes")
     if has_friction(job):
         # A contact that opens keeps its spring until lists of neighbours are made, and has it again if it closes before.
         lines.append("neigh_modify delay 0 every 1 check no")
-    tables = {name: [] for name in ("kn", *NONE)}
+    lines += of_materials
+    tables = {name: [] for name in (["coefficientFriction"] if of_materials else ["kn", *NONE])}
     for one, two in ((one, two) for one in types for two in types):
         low, high = min(one, two), max(one, two)
         first, second = min(low, grains - 1), high if high < grains else min(low, grains - 1)
         if space:
-            (solid1, radius1, mass), (solid2, radius2, mass2) = ((of[0], *of[1:]) for of in (classes.all[first], classes.all[second]))
+            (solid1, *of1), (solid2, *of2) = classes.all[first], classes.all[second]
             solid2 = solid2 if high < grains else 0
-            k, k_s = solids.springs(solid1, solid2, radius1, radius2)
             tangent = solids.tangent(solid1, solid2, None if high < grains else ("wall", "punch")[high - grains])
         else:
-            k, mass, mass2 = stiffness(law["modulus"], radii[first], radii[second]), classes.masses[first], classes.masses[second]
+            of1, of2 = ((radii[of], classes.masses[of]) for of in (first, second))
+            k = stiffness(law["modulus"], of1[0], of2[0])
             k_s, tangent = law["stiffness_ratio"] * k, tangents(job)[0 if high < grains else high - grains + 1]
-        if high < grains:
-            mass *= mass2 / (mass + mass2)
+        tables["coefficientFriction"].append(tangent)
+        if of_materials:
+            continue
+        if space:
+            k, k_s = solids.springs(solid1, solid2, of1[0], of2[0])
+        mass = of1[1] if high >= grains else of1[1] * of2[1] / (of1[1] + of2[1])
         tables["kn"].append(k)
         tables["kt"].append(k_s)
         tables["gamman"].append(dashpot(job, k, mass) / mass)
         tables["gammat"].append(0.0)
-        tables["coefficientFriction"].append(tangent)
     for name, table in tables.items():
         lines.append("fix %s all property/global %s peratomtypepair %d %s" % (name, name, len(types), " ".join(map(number, table))))
-    model = "model hooke/stiffness tangential %s" % ("history" if has_friction(job) else "off")
+    model = "model %s tangential %s" % ("hertz" if of_materials else "hooke/stiffness", "history" if has_friction(job) else "off")
     cut = " limitForce on" * (law["contact"]["viscosity"].get("tension") == "clipped")
     lines += ["pair_style gran " + model + cut, "pair_coeff * *"]
     # The program takes it before its first step only, and a job may begin at a later one.
@@ -104,6 +115,55 @@ def script(run):
         lines.append('variable force equal "%s"' % ("-c_pushed[1] - c_pushed[2] - c_pushed[3]" if space else "f_block[2]"))
         run.flat.append((index, *of_mesh))
     return lines
+
+
+def of_hertz(job, kinds, solids):
+    """Commands of Hertz's materials: those of the grains' kinds, and the first one for walls and punch. A restitution of 0.3 stands for
+    any dashpot, and the program's masses make it the model's."""
+    of_types, ratios, e = [solids.all[kind[0]] for kind in kinds.all] + 2 * [solids.all[0]], solids.ratios(), 1.0
+    if ratios and ratios[0] > 0.0:
+        e = RESTITUTION
+        share = math.log(e) / math.hypot(math.pi, math.log(e))
+        kinds.weights = [1.2 * (ratios[0] / share) ** 2 * of for of in kinds.weights]
+    size = len(of_types)
+    tables = {"coefficientRestitution": ("peratomtypepair %d" % size, [e] * size**2)}
+    for name, key in (("youngsModulus", "modulus"), ("poissonsRatio", "poissons_ratio")):
+        tables[name] = "peratomtype", [of.get(key) or 0.0 for of in of_types]
+    fixes = ["fix %s all property/global %s %s %s" % (name, name, kind, " ".join(map(number, of))) for name, (kind, of) in tables.items()]
+    return ["soft_particles yes", *fixes]
+
+
+def acted(run, one, two, *force):
+    """A row of a pair with the force that acted on the grain `one`. Forces are worked out anew when they are written, and then a spring
+    that was cut is at Coulomb's limit, no longer beyond it, so that a dashpot is told that the contact did not have."""
+    solids, told = Solids(run.job), (one, two, *force)
+    ratios = solids.ratios() if run.space and solids.is_hertz and has_friction(run.job) else None
+    if not ratios:
+        return told
+    grains = [dict(run.job.grains[at], **dict(zip(run.job.names, run.motion[at]))) for at in (one, two)]
+    vector = lambda of, names: [of.get(name, 0.0) for name in names]
+    places, radii, masses = [vector(of, "xyz") for of in grains], [of["radius"] for of in grains], [of["mass"] for of in grains]
+    away = [there - here for here, there in zip(*places)]
+    distance = math.hypot(*away)
+    normal, overlap = [of / distance for of in away], sum(radii) - distance
+    if overlap <= 0.0:
+        return told
+    speeds = []
+    for of, arm in zip(grains, (radii[0] - 0.5 * overlap, 0.5 * overlap - radii[1])):
+        (a, b, c), (u, v, w) = vector(of, ("spin_x", "spin", "spin_z")), (arm * part for part in normal)
+        speeds.append([part + turn for part, turn in zip(vector(of, ("vx", "vy", "vz")), (b * w - c * v, c * u - a * w, a * v - b * u))])
+    _, slip = granular.along(normal, [there - here for here, there in zip(*speeds)])
+    push, sticking = granular.along(normal, force)
+    materials = [run.classes.all[run.classes.of[at]][0] for at in (one, two)]
+    k_s = solids.springs(*materials)[1] * math.sqrt(radii[0] * radii[1] / sum(radii) * overlap)
+    c_s = 2.0 * ratios[0] * math.sqrt(masses[0] * masses[1] / sum(masses) * k_s)
+    spring = [of - c_s * part for of, part in zip(sticking, slip)]
+    limit = abs(push) * solids.tangent(*materials)
+    # The overlap is a small difference of lengths: its rounding is theirs.
+    rounding = AT_LIMIT * (1.0 + distance / overlap)
+    if abs(math.hypot(*spring) - limit) > rounding * max(limit, math.hypot(*sticking)):
+        return told
+    return (one, two, *(push * n + of for n, of in zip(normal, spring)))
 
 
 def push(job):
@@ -217,5 +277,5 @@ def timing(job, classes, folder, k):
 
 if __name__ == "__main__":
     turn = "set group grains omegaz v_spin", "set group grains omegax v_spin_x omegay v_spin_y omegaz v_spin_z"
-    words = granular.Words("liggghts", script, (PAIRS, PAIRS, PAIRS_IN_SPACE), "format", turn, around)
-    granular.serve_program("LIGGGHTS", "liggghts", words, RULES, timing, [TWICE])
+    words = granular.Words("liggghts", script, (PAIRS, PAIRS, PAIRS_IN_SPACE), "format", turn, around, mended=acted)
+    granular.serve_program("LIGGGHTS", "liggghts", words, RULES, timing, [TWICE], parts=["hertz_mindlin"])

@@ -1,6 +1,7 @@
 """A sphere that does not turn slides over a face: what it loses along the face over what the face gives it upwards is the coefficient of
 friction, which is asked to be 0.5 and 1. A sphere falls on a face: its speed after that over the one before is the restitution, which is
-asked to be 0.5. Each under a law that shows a fault and under one that does not."""
+asked to be 0.5. Each under a law that shows a fault and under one that does not. Two spheres that turn alike meet head on: they do not roll on
+each other, so that no rolling friction, whatever its model, should change their spins, and any should leave their sum."""
 import json
 import os
 import sys
@@ -20,13 +21,15 @@ def put(into, **values):
         into[getattr(core if hasattr(core, name) else dem, name)] = value
 
 
-def velocities(law, start, gravity, friction, restitution, element="SphericParticle3D", step=1e-6, steps=4000):
-    """The velocity at the start, at half of the steps and at their end."""
+def velocities(law, start, gravity, friction, restitution, element="SphericParticle3D", step=1e-6, steps=4000, rolling=None, spin=0.0):
+    """The velocity at the start, at half of the steps and at their end, over a face. With a model of rolling friction it is that of the first
+    of two spheres that meet and turn alike, and the sum of their spins comes last."""
     radius, settings = 0.01, GetDefaultInputParameters()
     settings["solver_settings"].AddString("strategy", "sphere_strategy")
     for name, value in {"MaxTimeStep": step, "GravityX": 0.0, "GravityY": -gravity, "GravityZ": 0.0}.items():
         settings[name].SetDouble(value)
-    settings["RotationOption"].SetBool(False)
+    settings["RotationOption"].SetBool(rolling is not None)
+    settings["RollingFrictionOption"].SetBool(rolling is not None)
     model = core.Model()
     names = ["SpheresPart", "RigidFacePart", "ClusterPart", "DEMInletPart", "MappingPart", "ContactPart"]
     parts = DEM_procedures.SetOfModelParts([model.CreateModelPart(name) for name in names])
@@ -38,17 +41,21 @@ def velocities(law, start, gravity, friction, restitution, element="SphericParti
     for index, of in enumerate(made):
         put(of, YOUNG_MODULUS=1e6, POISSON_RATIO=0.3, COMPUTE_WEAR=False)
         touching = core.Properties(index + 1)
-        put(touching, DEM_DISCONTINUUM_CONSTITUTIVE_LAW_NAME=law, DEM_ROLLING_FRICTION_MODEL_NAME="DEMRollingFrictionModelBounded")
-        put(touching, STATIC_FRICTION=friction, DYNAMIC_FRICTION=friction, FRICTION_DECAY=500.0, ROLLING_FRICTION=0.0, COEFFICIENT_OF_RESTITUTION=restitution)
+        put(touching, DEM_DISCONTINUUM_CONSTITUTIVE_LAW_NAME=law, DEM_ROLLING_FRICTION_MODEL_NAME=rolling or "DEMRollingFrictionModelBounded")
+        put(touching, STATIC_FRICTION=friction, DYNAMIC_FRICTION=friction, FRICTION_DECAY=500.0, ROLLING_FRICTION=0.1 if rolling else 0.0, COEFFICIENT_OF_RESTITUTION=restitution)
         made[0].AddSubProperties(touching)
     put(made[0], PARTICLE_DENSITY=2600.0, PARTICLE_MATERIAL=1)
-    node = spheres.CreateNewNode(1, 0.0, radius, 0.0)
-    node.SetSolutionStepValue(core.RADIUS, radius)
-    node.SetSolutionStepValue(core.VELOCITY, core.Array3(start))
-    spheres.CreateNewElement(element, 1, [1], made[0])
-    for index, (x, z) in enumerate([(-9, -9), (9, -9), (9, 9), (-9, 9)]):
-        faces.CreateNewNode(index + 2, x, 0.0, z)
-    faces.CreateNewCondition("RigidFace3D4N", 1, [2, 3, 4, 5], made[1])
+    places = [(-1.0001 * radius, 0.0), (1.0001 * radius, 0.0)] if rolling else [(0.0, radius)]
+    nodes = [spheres.CreateNewNode(index + 1, x, y, 0.0) for index, (x, y) in enumerate(places)]
+    for node, sign in zip(nodes, (1, -1)):
+        node.SetSolutionStepValue(core.RADIUS, radius)
+        node.SetSolutionStepValue(core.VELOCITY, core.Array3([sign * component for component in start]))
+        node.SetSolutionStepValue(core.ANGULAR_VELOCITY, core.Array3([0.0, 0.0, spin]))
+        spheres.CreateNewElement(element, node.Id, [node.Id], made[0])
+    if not rolling:
+        for index, (x, z) in enumerate([(-9, -9), (9, -9), (9, 9), (-9, 9)]):
+            faces.CreateNewNode(index + 2, x, 0.0, z)
+        faces.CreateNewCondition("RigidFace3D4N", 1, [2, 3, 4, 5], made[1])
     for name in names:
         parts.Get(name).SetBufferSize(1)
     solver.AddDofs()
@@ -62,17 +69,23 @@ def velocities(law, start, gravity, friction, restitution, element="SphericParti
         solver.InitializeSolutionStep()
         solver.SolveSolutionStep()
         if index + 1 in (steps // 2, steps):
-            seen.append(list(node.GetSolutionStepValue(core.VELOCITY)))
-    return seen
+            seen.append(list(nodes[0].GetSolutionStepValue(core.VELOCITY)))
+    return seen + [sum(node.GetSolutionStepValue(core.ANGULAR_VELOCITY)[2] for node in nodes)]
 
 
 def shown_friction(law, asked):
-    (_, (before, down, _), (after, up, _)), gravity = velocities(law, [1.0, 0.0, 0.0], 10.0, asked, 0.2), 10.0
+    (_, (before, down, _), (after, up, _), _), gravity = velocities(law, [1.0, 0.0, 0.0], 10.0, asked, 0.2), 10.0
     return (before - after) / (gravity * 2000 * 1e-6 + up - down)
 
 
 def shown_restitution(law, asked, element="SphericParticle3D"):
-    return velocities(law, [0.0, -0.1, 0.0], 0.0, 0.0, asked, element, 2e-7, 60000)[-1][1] / 0.1
+    return velocities(law, [0.0, -0.1, 0.0], 0.0, 0.0, asked, element, 2e-7, 60000)[2][1] / 0.1
+
+
+def shown_spins(rolling):
+    """The spins after the contact over those before it, if the spheres part."""
+    _, _, (after, _, _), spins = velocities("DEM_D_Hertz_viscous_Coulomb", [0.1, 0.0, 0.0], 0.0, 0.0, 0.5, steps=20000, rolling=rolling, spin=10.0)
+    return spins / 20 if after < 0 else None
 
 
 core.Logger.GetDefaultOutput().SetSeverity(core.Logger.Severity.WARNING)
@@ -83,4 +96,7 @@ json.dump({
     "restitution_hertz_2d": shown_restitution("DEM_D_Hertz_viscous_Coulomb2D", 0.5, "CylinderParticle2D"),
     "restitution_hertz": shown_restitution("DEM_D_Hertz_viscous_Coulomb", 0.5),
     "restitution_linear": shown_restitution("DEM_D_Linear_viscous_Coulomb", 0.5),
+    "spins_bounded": shown_spins("DEMRollingFrictionModelBounded"),
+    "spins_constant_torque": shown_spins("DEMRollingFrictionModelConstantTorque"),
+    "spins_viscous_torque": shown_spins("DEMRollingFrictionModelViscousTorque"),
 }, answers)

@@ -1,5 +1,5 @@
 """Two spheres meet at 45 degrees without dashpots. What is missing of their energy afterwards was taken by friction, and
-friction can only take: the account of it should not be below zero."""
+friction can only take: the account of it should not be below zero. No spring holds energy after the contact."""
 from math import atan
 
 from yadeimport import *
@@ -19,5 +19,5 @@ O.dt = 2e-7
 before = kineticEnergy()
 O.run(40000, True)
 lost = before - kineticEnergy()
-print('{"at_least_zero": %d, "account_over_energy": %.6g, "loss_over_energy": %.6g}'
-      % (law.frictionDissipation >= 0, law.frictionDissipation / before, lost / before))
+print('{"at_least_zero": %d, "account_over_energy": %.6g, "loss_over_energy": %.6g, "shear_energy_over_energy": %.6g}'
+      % (law.frictionDissipation >= 0, law.frictionDissipation / before, lost / before, law.shearEnergy / before))

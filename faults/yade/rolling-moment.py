@@ -1,11 +1,11 @@
-"""A sphere that turns on a fixed one is braked by the moment mR N of ViscElMat, which does not depend on how fast it turns. The moments at 1
-and at 10 rad/s are measured by the spin that is lost in a step."""
+"""A sphere that turns on a fixed one is braked by the moment mR N of ViscElMat, which does not depend on how fast it turns; with mRtype = 2 by
+one that is multiplied by the velocity of rolling. The moments at 1 and at 10 rad/s are read."""
 from yadeimport import *
 
 
-def moment(spin):
+def moment(spin, kind):
     O.reset()
-    O.materials.append(ViscElMat(kn=1e5, cn=0, ks=0, cs=0, density=2600, frictionAngle=0, mR=1e-3, mRtype=1))
+    O.materials.append(ViscElMat(kn=1e5, cn=0, ks=0, cs=0, density=2600, frictionAngle=0, mR=1e-3, mRtype=kind))
     O.bodies.append(sphere((0, 0, 0), 0.01, fixed=True, color=(1, 1, 1)))
     O.bodies.append(sphere((0, 0, 0.0199), 0.01, color=(1, 1, 1)))
     O.bodies[1].state.blockedDOFs = "xyz"
@@ -21,4 +21,4 @@ def moment(spin):
     return -O.forces.t(1)[1]
 
 
-print('{"moment_at_10_over_moment_at_1": %.6g}' % (moment(10) / moment(1)))
+print('{"moment_at_10_over_moment_at_1": %.6g, "viscous_at_10_over_viscous_at_1": %.6g}' % (moment(10, 1) / moment(1, 1), moment(10, 2) / moment(1, 2)))

@@ -1,5 +1,5 @@
-"""Two laws have the same normal force at the same overlap: Mindlin's, and HertzWithLinearShear, which leaves phys.kn at zero, where
-GlobalStiffnessTimeStepper looks for the stiffness."""
+"""Three laws have the same normal force at the same overlap: Mindlin's, HertzWithLinearShear and MindlinDeresiewitz. The last two leave phys.kn at
+zero, where GlobalStiffnessTimeStepper looks for the stiffness."""
 from yadeimport import *
 
 
@@ -22,4 +22,6 @@ def normal(law):
 
 stiffness, force = normal(Law2_ScGeom_MindlinPhys_Mindlin())
 other_stiffness, other_force = normal(Law2_ScGeom_MindlinPhys_HertzWithLinearShear())
-print('{"stiffness_over_stiffness": %.6g, "force_over_force": %.6g}' % (other_stiffness / stiffness, other_force / force))
+partial_stiffness, partial_force = normal(Law2_ScGeom_MindlinPhys_MindlinDeresiewitz())
+print('{"stiffness_over_stiffness": %.6g, "force_over_force": %.6g, "deresiewicz_stiffness": %.6g, "deresiewicz_force": %.6g}' % (
+    other_stiffness / stiffness, other_force / force, partial_stiffness / stiffness, partial_force / force))

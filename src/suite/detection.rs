@@ -399,7 +399,8 @@ pub mod tests {
         mfix-dem-04: friction=1e-7 inertia=1e-7 shear-stiffness=1e-6
         lammps-rolling: rolling-stiffness=1e-9 twisting-stiffness=1e-9 rolling-limit=1e-9
         lammps-pull-off: adhesion=1e-9 modulus=1e-9
-        materials: material=1e-9 adhesion=1e-8
+        materials: material=1e-9
+        adhesion: material=1e-9 adhesion=1e-8
         corner: friction=1e-7 stiffness=1e-7
         on-dem: friction=1e-7 shear-stiffness=1e-7 ratcheting=other
         on-dem-dashpots: dashpot=1e-7

@@ -476,9 +476,9 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
     let across = times(0.05, [-0.7592566, 0.0, 0.6507914]);
     let aside = [0.0, 0.04, 0.0];
     let normal = [0.6507914, 0.0, 0.7592566];
-    let unlike = {
+    let unlike = |adhesion: Option<f64>| {
         let mut law = damped(soft(0.4), 0.7);
-        law.contact.adhesion = Some(0.5);
+        law.contact.adhesion = adhesion;
         law.materials = vec![Solid {
             modulus: 2.5e7,
             stiffness_ratio: 1.0,
@@ -605,8 +605,13 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
         ),
         (
             "materials",
+            "Two spheres of two materials meet",
+            vec![unlike(None)],
+        ),
+        (
+            "adhesion",
             "Two spheres of two materials meet, with adhesion",
-            vec![unlike],
+            vec![unlike(Some(0.5))],
         ),
         (
             "corner",

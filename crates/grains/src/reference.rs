@@ -15,7 +15,7 @@ use crate::native::state::Constants;
 use crate::obstacle::Placed;
 use crate::rules::{
     DampedGravity, DampedSpins, DampingComponents, DampingVelocity, GivenVelocities, Integration,
-    Rules, WrittenVelocities,
+    Rules, TangentialRestitution, WrittenVelocities,
 };
 use crate::tables::{
     Across, Bodies, Body, Contact, Memories, Punch, Remembered, RememberedAcross, Snapshot, Stage,
@@ -364,6 +364,12 @@ impl Reference {
         let law = &self.constants.law;
         self.tangents = law.friction_angles().map(f64::tan);
         self.constants.rules = law.resolved(self.constants.rules);
+        if self.constants.rules.tangential_restitution == TangentialRestitution::AsNormal {
+            let [normal, along] = law.damping_ratios();
+            // Whatever it was changed by stays.
+            let changed = self.constants.damping_ratios[1] / along;
+            self.constants.damping_ratios[1] = normal * if along > 0.0 { changed } else { 1.0 };
+        }
         self.pair_again();
     }
 

@@ -20,12 +20,18 @@ pub enum Needs {
     RestitutionAndWalls,
     HertzAndFriction,
     HertzAndWalls,
+    HertzAndDashpots,
 }
 
 impl Needs {
     /// Whether it is of springs that are in space alone.
     pub fn is_of_hertz(self) -> bool {
-        [Needs::HertzAndFriction, Needs::HertzAndWalls].contains(&self)
+        [
+            Needs::HertzAndFriction,
+            Needs::HertzAndWalls,
+            Needs::HertzAndDashpots,
+        ]
+        .contains(&self)
     }
 }
 
@@ -234,6 +240,11 @@ rules! {
         AsModel "as_model": "the one that fits law.contact.viscosity", "YADE's Hertz law";
         Uncut "uncut": "ζ = −ln e/√(π² + ln² e)", "LIGGGHTS";
         Cut "cut": "ζ of the force that is cut (Schwager and Pöschel 2007)", "";
+    }
+    tangential_restitution: TangentialRestitution, HertzAndDashpots,
+        "the restitution or ratio of Hertz's dashpots along the tangent, where the model has one of its own" {
+        AsModel "as_model": "as law.contact.tangential_viscosity says", "the model's";
+        AsNormal "as_normal": "that along the normal: there is one for both", "Hertz's law in LIGGGHTS and Kratos DEM";
     }
     new_contact: NewContact, Friction,
         "the slip that a contact gets in its first step" {

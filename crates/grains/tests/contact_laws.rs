@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 use grains::model::{Law, Model, Wall};
 use grains::obstacle::{Obstacle, Surface};
-use grains::rules::{Rules, SpringMemory, WallRadius, WallStiffness};
-use grains::scene::{AdhesionLaw, ContactLaw, Springs};
+use grains::rules::{Rules, SpringMemory, TangentialRestitution, WallRadius, WallStiffness};
+use grains::scene::{AdhesionLaw, ContactLaw, Springs, Tension, Viscosity};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Variant};
@@ -141,6 +141,34 @@ fn a_displacement_is_cut_with_the_force() {
     let contact = run[500].contacts[0];
     let limit = FRICTION.tan() * contact.normal_force;
     assert!((contact.tangential_force / limit - 1.0).abs() < 1.0e-12);
+}
+
+/// An engine that has one restitution for both directions does not hear of one along the tangent.
+#[test]
+fn one_restitution_is_that_along_the_normal() {
+    let last = |tangential_restitution, own| {
+        let rules = Rules {
+            tangential_restitution,
+            ..Rules::default()
+        };
+        let mut model = model(AdhesionLaw::Pull, rules);
+        model.law.contact.viscosity = Viscosity::Ratio {
+            ratio: 0.3,
+            tension: Tension::Clipped,
+        };
+        model.law.contact.tangential_viscosity = own;
+        path(model, [1.0e-5, 2.0e-5], 1.0e-9, 10)[10].contacts[0].tangential_force
+    };
+    let [as_model, as_normal] = [
+        TangentialRestitution::AsModel,
+        TangentialRestitution::AsNormal,
+    ];
+    let wanted = last(as_model, None);
+    for own in [None, Some(0.0), Some(0.1)] {
+        let found = last(as_normal, own) / wanted;
+        assert!((found - 1.0).abs() < 1.0e-12, "{own:?}: {found}");
+    }
+    assert!((last(as_model, Some(0.1)) / wanted - 1.0).abs() > 0.5);
 }
 
 /// The normal force on a sphere at x = R − u before a wall, a plane, a triangle and a box at x = 0.

@@ -74,6 +74,10 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
         Needs::RestitutionAndWalls => restitution && has_flat,
         Needs::HertzAndFriction => is_hertz && law.has_friction(),
         Needs::HertzAndWalls => is_hertz && has_flat,
+        Needs::HertzAndDashpots => {
+            let of_its_own = law.contact.tangential_viscosity.is_some();
+            is_hertz && law.has_friction() && law.has_dashpots() && of_its_own
+        }
     }
 }
 

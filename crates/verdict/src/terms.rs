@@ -56,7 +56,7 @@ enum Of {
 }
 
 /// What is held against the model: first comes what others follow from.
-const QUANTITIES: [&str; 16] = [
+const QUANTITIES: [&str; 17] = [
     "contact points",
     "normal forces",
     "normal forces that the dashpot would make pull",
@@ -73,6 +73,7 @@ const QUANTITIES: [&str; 16] = [
     "forces on the punch",
     "normal forces that are cut to nothing",
     "tangential forces beyond Coulomb's limit that are not cut",
+    "spins of grains with a moment near the limit of rolling",
 ];
 const POINTS: usize = 0;
 const NORMAL: usize = 1;
@@ -90,6 +91,7 @@ const PLACES: usize = 12;
 const PUNCH: usize = 13;
 const CUT_AWAY: usize = 14;
 const NOT_CUT: usize = 15;
+const SPINS_NEAR_LIMIT: usize = 16;
 
 use fit::explained;
 use residuals::Follower;
@@ -167,6 +169,7 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
                 sticks_otherwise || [NEW_SLIDES, SLIDING, SLIDING_ON].into_iter().any(slide)
             }
             VELOCITIES | SPINS => !moves,
+            SPINS_NEAR_LIMIT => !moves || is_off(SPINS) || is_told(SPINS),
             _ => false,
         };
         if follows {
@@ -206,6 +209,7 @@ const KINDS: [&str; 3] = ["between grains", "at walls", "at the punch"];
 mod tests {
     use super::*;
     use crate::starts::{Bed, DISPERSION, State};
+    use grains::constant::Constant;
     use grains::rules::Choice;
     use grains::variant::{Form, Variant};
 
@@ -248,6 +252,33 @@ mod tests {
                 );
             }
             assert_eq!(found(&[(&case, &run)], true), [""; 0], "{}", case.name);
+        }
+    }
+
+    /// Moments are not written: they follow from how an engine's grains have turned.
+    #[test]
+    fn another_moment_is_told() {
+        let states = states();
+        let rolls = |state: &&State| state.case.model.law.contact.rolling.is_some();
+        let rolling: Vec<&State> = states.iter().filter(rolls).collect();
+        let law = &rolling.first().expect("a law with moments").law;
+        let of_law: Vec<&&State> = rolling.iter().filter(|state| state.law == *law).collect();
+        for (fault, words) in [
+            ("rolling-stiffness", "moments against rolling"),
+            ("twisting-stiffness", "moments against twisting"),
+        ] {
+            let constant = Constant::faults().find(|constant| constant.to_string() == fault);
+            let variant = Variant::default().and(constant.expect("a fault"), 0.5);
+            let runs: Vec<(Case, Vec<Snapshot>)> =
+                of_law.iter().map(|state| run(state, &variant)).collect();
+            let runs: Vec<(&Case, &[Snapshot])> =
+                runs.iter().map(|(case, run)| (case, &run[..])).collect();
+            let told = found(&runs, true);
+            assert!(
+                told.iter()
+                    .any(|told| told.starts_with("spins") && told.contains(words)),
+                "{fault}: {told:?}"
+            );
         }
     }
 

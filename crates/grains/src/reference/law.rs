@@ -102,6 +102,9 @@ pub struct Told {
     pub brakes: bool,
     /// What the slip of that step added, N.
     pub slip: Vector,
+    /// Moments against rolling and twisting, and that against rolling had it no limit, N·m.
+    pub moments: [Vector; 2],
+    pub without_limit: Vector,
 }
 
 /// The terms of a contact's law, each by itself: forces on body 2, N.
@@ -135,14 +138,31 @@ pub struct Parts {
     pub brakings: [Vector; 3],
     /// Tangential force by these.
     pub tangential: Vector,
-    /// Torques on both of the force that is told, of the dashpot along the tangent, and of what Coulomb's limit has cut; moments against rolling and twisting of a contact that begins, N·m.
+    /// Torques on both of the force that is told, of the dashpot along the tangent, and of what Coulomb's limit has cut, N·m.
     pub torques: [Vector; 2],
     pub braking_torques: [Vector; 2],
     pub cut_torques: [Vector; 2],
+    /// Moments against rolling and twisting, what this step adds to them, and that against rolling had it no limit, N·m.
     pub moments: [Vector; 2],
+    pub added: [Vector; 2],
+    pub without_limit: Vector,
+    /// The largest moment against rolling, N·m; endless without a limit.
+    pub most_moment: f64,
 }
 
 const NONE: Vector = [0.0; 3];
+/// The largest moment against rolling, N·m. As in YADE, a force of zero limits nothing.
+fn most_moment(rolling: &Rolling, touch: &Touch, force: f64) -> f64 {
+    match rolling.limit {
+        Some(limit) if limit > 0.0 && force > 0.0 => {
+            force * (limit * ((touch.radii[0] + touch.radii[1]) / 2.0))
+        }
+        _ => f64::INFINITY,
+    }
+}
+
+/// What the tangential spring has along the normal is no larger a share of a contact's forces.
+const TOLD_WITH_IT: f64 = 1.0e-6;
 
 impl Reference {
     /// What these bodies have between them; a flat one has the grain's radius.
@@ -379,6 +399,8 @@ impl Reference {
                 false => told.tangential,
             },
             k_s: self.strength_at(ids, told.overlap, touch.first, &pair).k_s,
+            bending: told.moments[0],
+            twisting: told.moments[1],
             ..Memory::new(ids, pair)
         });
         let (tangential_by_law, ..) =
@@ -401,7 +423,23 @@ impl Reference {
             NewContact::Nothing => 0.0,
             _ => 1.0,
         };
-        let rolling = self.constants.law.contact.rolling;
+        let moments = |limited: bool, memory: Option<&Memory>| {
+            let rolling = self.constants.law.contact.rolling;
+            rolling.map_or([NONE; 2], |rolling| {
+                let limit = rolling.limit.filter(|_| limited);
+                // What the tangential spring has along the normal is told with the normal force, and limits nothing.
+                let size = strength.elastic.abs() + norm(tangential);
+                let force = match norm(minus(told, made)) <= TOLD_WITH_IT * size {
+                    true => made,
+                    false => told,
+                };
+                self.moments(&Rolling { limit, ..rolling }, touch, on, force, memory)
+            })
+        };
+        let free = before.zip(memory).map(|(told, memory)| Memory {
+            bending: told.without_limit,
+            ..memory
+        });
         Some(Parts {
             first: touch.first,
             radii: touch.radii,
@@ -451,9 +489,13 @@ impl Reference {
                 on,
                 self.braking(&strength, self.slip(touch, on).0),
             ),
-            moments: rolling.map_or([NONE; 2], |rolling| {
-                self.moments(&rolling, touch, on, told, None)
-            }),
+            moments: moments(true, memory.as_ref()),
+            added: moments(false, None),
+            without_limit: moments(false, free.as_ref())[0],
+            most_moment: match self.constants.law.contact.rolling {
+                Some(rolling) => most_moment(&rolling, touch, norm(told)),
+                None => f64::INFINITY,
+            },
         })
     }
 
@@ -564,15 +606,12 @@ impl Reference {
             let way = times(self.constants.dt, rates[at]);
             minus(before[at], times(stiffnesses[at], way))
         });
-        // As in YADE, where a force of zero limits nothing.
-        let force = norm(normal_force);
-        let limits = self.looks.is_none() && force > 0.0;
-        if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0 && limits) {
-            let most = force * (limit * ((touch.radii[0] + touch.radii[1]) / 2.0));
-            let size = norm(bending);
-            if size > most {
-                bending = times(most / size, bending);
-            }
+        let (most, size) = (
+            most_moment(rolling, touch, norm(normal_force)),
+            norm(bending),
+        );
+        if self.looks.is_none() && size > most {
+            bending = times(most / size, bending);
         }
         [bending, twisting]
     }

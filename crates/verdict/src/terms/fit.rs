@@ -48,7 +48,7 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
         ));
     }
     let off: Vec<&Row> = rows.iter().filter(|row| row.is_off()).collect();
-    if in_single_precision(rows, &off) {
+    if in_single_precision(rows) {
         return Some((IN_SINGLE_PRECISION.to_owned(), String::new()));
     }
     let plainly = off.iter().filter(|row| row.ratio() > 30.0).count();
@@ -76,25 +76,25 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
 
 const IN_SINGLE_PRECISION: &str =
     "rounded to single precision, off by some 1e-8 of themselves either way";
-/// A number of 24 bits is off by at most 6e-8 of itself, and one that is made of a few of them by no more than this.
-const SINGLE: f64 = 5.0e-7;
-/// Fewer rows may be off either way by chance.
+/// A number of 24 bits is off by at most 6e-8 of itself.
+const SINGLE: f64 = 6.0e-8;
+/// How near to a number of 24 bits a force is that is made again of what it is off.
+const MADE_AGAIN: f64 = 1.0e-12;
+/// Fewer rows may be so by chance.
 const FEWEST: usize = 12;
 
-/// Whether most are off, by no more than numbers of 24 bits are, and no less than a fifth of them each way.
-fn in_single_precision(rows: &[Row], off: &[&Row]) -> bool {
-    let is_coarse = |row: &&Row| row.ratio() <= SINGLE / super::ROUNDED;
-    let whole = |row: &Row| {
-        row.terms.iter().fold([0.0; 3], |sum, (_, usual, value)| {
+/// Whether the forces that are told are numbers of 24 bits, and off by no more than that.
+fn in_single_precision(rows: &[Row]) -> bool {
+    let off = rows.iter().filter(|row| row.is_off());
+    let has_few_bits = |row: &Row| {
+        let model = row.terms.iter().fold([0.0; 3], |sum, (_, usual, value)| {
             plus(sum, times(*usual, *value))
-        })
+        });
+        let told = plus(model, row.off);
+        let near = |part: f64| (part - f64::from(part as f32)).abs() <= MADE_AGAIN * part.abs();
+        told.into_iter().all(near) && hypot(row.off) <= SINGLE * hypot(model)
     };
-    let larger = off.iter().filter(|row| dot(row.off, whole(row)) > 0.0);
-    let (larger, least) = (larger.count(), off.len().div_ceil(5));
-    off.len() >= FEWEST
-        && 2 * off.len() > rows.len()
-        && off.iter().all(is_coarse)
-        && (least..=off.len() - least).contains(&larger)
+    off.count() >= FEWEST && rows.iter().all(has_few_bits)
 }
 
 /// Multiples that a formula has before all others, and after them factors that hang on sizes.

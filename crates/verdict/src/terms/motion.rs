@@ -7,7 +7,7 @@ use grains::tables::{Bodies, Snapshot};
 use grains::vector::{Vector, each, hypot, minus, plus, times};
 
 use super::residuals::{Follower, Loads};
-use super::{NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, Term, VELOCITIES};
+use super::{NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, SPINS_NEAR_LIMIT, Term, VELOCITIES};
 
 impl Follower<'_> {
     /// Velocities, spins and places after a step, from the forces that are written before it.
@@ -35,7 +35,6 @@ impl Follower<'_> {
         let velocity = |bodies: &Bodies, id| vector([&bodies.vx, &bodies.vy, &bodies.vz], id);
         let spin = |bodies: &Bodies, id| vector([&bodies.spin_x, &bodies.spin, &bodies.spin_z], id);
         let sum = |vectors: &mut dyn Iterator<Item = Vector>| vectors.fold(NONE, plus);
-        let rolls = model.law.contact.rolling.is_some();
         for (id, load) in loads.iter().enumerate() {
             let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
@@ -135,8 +134,7 @@ impl Follower<'_> {
             if gained.iter().all(|component| component.is_finite()) {
                 add(VELOCITIES, minus(gained, acting), least, terms);
             }
-            // What moments remember is not written.
-            if !model.law.rotates() || rolls && was.step > 0 {
+            if !model.law.rotates() {
                 continue;
             }
             let ([w0, w1], inertia) = (
@@ -159,6 +157,15 @@ impl Follower<'_> {
                 "all torques of forces", 1.0 => load.torque();
                 "moments against rolling", 1.0 => load.moments[0];
                 "moments against twisting", 1.0 => load.moments[1];
+                "moments on the first of a pair", 1.0 => load.moments_on_first;
+                "moments at walls", 1.0 => load.moments_at_walls;
+                "moments against rolling at their limit", 1.0 => load.limited;
+                "moments against rolling without a limit", 0.0 => load.without_limit;
+                "what this step adds to moments against rolling", 0.0 => load.added[0];
+                "what this step adds to moments against twisting", 0.0 => load.added[1];
+                "moments of the step before", 0.0 => before.map_or(NONE, |before| {
+                    plus(before[id].moments[0], before[id].moments[1])
+                });
                 "torques on the first of a pair", 1.0 => of_kind(0);
                 "torques on the second of a pair", 1.0 => of_kind(1);
                 "torques at walls", 1.0 => of_kind(2);
@@ -176,7 +183,12 @@ impl Follower<'_> {
                 "I·ω/Δt", 0.0 => times(inertia / dt, w0);
             };
             if gained.iter().all(|component| component.is_finite()) {
-                add(SPINS, minus(gained, torque), least, terms);
+                let quantity = if load.near_limit {
+                    SPINS_NEAR_LIMIT
+                } else {
+                    SPINS
+                };
+                add(quantity, minus(gained, torque), least, terms);
             }
         }
     }

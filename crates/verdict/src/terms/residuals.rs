@@ -34,6 +34,8 @@ struct Before {
     normal_force: f64,
     tangential: Vector,
     turned: f64,
+    /// Whether its moment against rolling has ever been near its limit.
+    has_rolled: bool,
 }
 
 /// Forces and torques on a grain of one kind.
@@ -55,7 +57,15 @@ pub(super) struct Loads {
     /// Torques of what Coulomb's limit has cut.
     pub(super) cut: Vector,
     pub(super) others: [Vector; 2],
+    /// Moments against rolling and twisting, of them those on the first of a pair and at walls; what this step adds to them, and against
+    /// rolling those at their limit and as they were without one.
     pub(super) moments: [Vector; 2],
+    pub(super) moments_on_first: Vector,
+    pub(super) moments_at_walls: Vector,
+    pub(super) added: [Vector; 2],
+    pub(super) limited: Vector,
+    pub(super) near_limit: bool,
+    pub(super) without_limit: Vector,
     /// The normal forces times the radius, against the spin.
     pub(super) rolling: Vector,
 }
@@ -176,6 +186,8 @@ impl<'a> Follower<'a> {
                         .slips
                         .iter()
                         .fold(NONE, |sum, slip| plus(sum, *slip)),
+                    moments: was.parts.moments,
+                    without_limit: was.parts.without_limit,
                 };
                 (told, cut)
             });
@@ -300,6 +312,8 @@ impl<'a> Follower<'a> {
                 was.zip(told),
                 &mut add,
             );
+            let is_near = hypot(parts.without_limit) > STICKS * parts.most_moment;
+            let has_rolled = is_near || was.is_some_and(|was| was.has_rolled);
             // Loads by what is written.
             let pairs = parts.first == Body::Grain;
             let sides = [(0, ids.0, -1.0), (1 + kind, ids.1, 1.0)];
@@ -339,9 +353,24 @@ impl<'a> Follower<'a> {
                         *sum = plus(*sum, if counts { more } else { NONE });
                     }
                 }
-                for (sum, moment) in load.moments.iter_mut().zip(parts.moments) {
+                let add = |sum: &mut Vector, moment: Vector| {
                     *sum = plus(*sum, times(sign, moment));
+                };
+                for at in [0, 1] {
+                    add(&mut load.moments[at], parts.moments[at]);
+                    add(&mut load.added[at], parts.added[at]);
                 }
+                let both = plus(parts.moments[0], parts.moments[1]);
+                match which {
+                    0 => add(&mut load.moments_on_first, both),
+                    2 => add(&mut load.moments_at_walls, both),
+                    _ => {}
+                }
+                if parts.moments[0] != parts.without_limit {
+                    add(&mut load.limited, parts.moments[0]);
+                }
+                add(&mut load.without_limit, parts.without_limit);
+                load.near_limit |= has_rolled;
             }
             after.insert(
                 ids,
@@ -352,6 +381,7 @@ impl<'a> Follower<'a> {
                     normal_force: fn_told,
                     tangential,
                     turned,
+                    has_rolled,
                 },
             );
         }
