@@ -7,9 +7,10 @@ is pushed 1.64 times as hard, one of 0.1 mm depth as hard as it should be. So a 
 twice: of 300 grains one by 1753.73 N instead of 876.87 N, and that bed is 2.1e8 times as far from its native one as replicas.
 
 In space each kind of grains is a type of its own, and no grain is pushed twice (`sides`). Of `model hertz` the tangential spring keeps a
-displacement (rule `spring_memory`), R* at walls is R (rule `wall_radius`), and both dashpots are of one restitution.
-Refused are a punch that stops, linear springs of more than 200 kinds of grains, Hertz's springs with a dashpot along the tangent of its own,
-and pouring with friction that goes on into loading.
+displacement (rule `spring_memory`), R* at walls is R (rule `wall_radius`), and both dashpots are of one restitution (rule
+`tangential_restitution`).
+Refused are a punch that stops, linear springs of more than 200 kinds of grains, constant dashpots beside Hertz's springs, and pouring with
+friction that goes on into loading.
 """
 import math
 import os
@@ -33,7 +34,8 @@ RESTITUTION = 0.3
 PAIRS = "c_pushing[1] c_pushing[2] c_pushing[4] c_pushing[5]"
 PAIRS_IN_SPACE = PAIRS + " c_pushing[6]"
 RULES = {"slip": "contact_point", "slip_at_walls": "half_overlap", "torque_arms": "half_overlap", "torque_arms_at_walls": "half_overlap",
-         "spring_turn": "projected", "spring_memory": "displacement", "wall_radius": "flat", "new_contact": "whole_step"}  # fmt: skip
+         "spring_turn": "projected", "spring_memory": "displacement", "wall_radius": "flat", "tangential_restitution": "as_normal",
+         "new_contact": "whole_step"}  # fmt: skip
 
 
 def around(axes):
