@@ -379,7 +379,9 @@ impl Description {
     }
 
     pub fn has(&self, part: Part) -> bool {
-        let alone = self.parts.contains(&Part::SpaceAlone);
+        // This program's own engines name every part.
+        let names = |part| self.parts.contains(&part);
+        let alone = names(Part::SpaceAlone) && !names(Part::Plane);
         match part {
             Part::Plane => !alone,
             Part::Space if alone => true,

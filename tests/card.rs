@@ -1,14 +1,18 @@
-//! `engine card`: constants that an engine is asked for, read from how its grains move.
+//! `engine card`: constants that an engine is asked for, read from how its grains move, in the plane and in space.
 
 use crate::support::*;
 
-/// The corpus engine with this fault, and rules that it has and does not say.
+/// The planar engine of the corpus with this fault, and rules that it has and does not say.
 fn card_of(fault: &str, rules: &str, code: i32) -> String {
+    card_of_engine("engine.c", fault, rules, code)
+}
+
+fn card_of_engine(source: &str, fault: &str, rules: &str, code: i32) -> String {
     let folder = &new_folder();
     let program = folder.join("engine.real");
     let mut compile = Command::new("cc");
     compile.args(["-std=gnu11", "-O2", "-ffp-contract=off"]);
-    compile.arg(root("tests/corpus/engine.c"));
+    compile.arg(root("tests/corpus").join(source));
     compile.args(["-lm", "-o"]).arg(&program);
     assert!(compile.status().expect("a C compiler").success());
     let text = format!(
@@ -23,7 +27,7 @@ fn card_of(fault: &str, rules: &str, code: i32) -> String {
 fn a_right_engine_has_what_was_asked_for() {
     let text = card_of("", "", 0);
     has(&text, ["AGREED: All 37 constants"]);
-    assert_eq!(text.matches("  as asked\n").count(), 37, "{text}");
+    assert!(!text.contains(" ×"), "{text}");
 }
 
 #[test]
@@ -31,22 +35,25 @@ fn what_is_wrong_is_told_with_where_and_with_what_it_would_be_right() {
     let told = [
         (
             "k_n_wall=2",
-            "normal stiffness at wall: as with k_n at walls × 2;",
+            "normal stiffness at wall: as with k_n at walls × 2 (",
         ),
         (
             "c_n=1.4142135623730951",
-            "dashpot at two unequal grains: as with c_n × √2",
+            "dashpot at two equal grains: as with c_n × √2 (",
         ),
         (
             "tan_phi_is_phi",
-            "friction coefficient at wall: as with tan φ × φ / tan φ",
+            "friction coefficient at two equal grains: as with tan φ × φ / tan φ (",
         ),
         ("inertia=2", "moment of inertia at one grain: as with"),
         (
             "alpha=0",
             "local damping, falling at one grain: as with damped_gravity = spared, or α × 0",
         ),
-        ("k_s=1.03", "tangential stiffness at punch: 1.03"),
+        (
+            "k_s=1.03",
+            "tangential stiffness at two equal grains: 1.03 times what is right (3 more)",
+        ),
         (
             "gravity=0.5",
             "gravity upwards at one grain: as with gravity × 1/2",
@@ -79,14 +86,102 @@ fn rules_that_are_not_declared_are_told() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS, LIGGGHTS, ESyS-Particle and YADE"
-)]
+fn a_right_engine_in_space_has_what_was_asked_for() {
+    let text = card_of_engine("spheres.c", "", "", 0);
+    has(&text, ["AGREED: All 273 constants"]);
+    assert!(!text.contains(" ×"), "{text}");
+}
+
+#[test]
+fn faults_of_laws_in_space_are_told() {
+    let told = [
+        (
+            "moment_of_spin=1",
+            "limit of rolling at two equal grains in space: as if multiplied by the spin to the power 1 (9 more)",
+        ),
+        (
+            "moment_of_spin=2",
+            "twisting stiffness at two equal grains in space: as if multiplied by the spin to the power 1 (9 more)",
+        ),
+        (
+            "mass_at_walls=1",
+            "restitution at wall: as with wall_mass = half (25 more)",
+        ),
+        (
+            "rolling=3",
+            "moment on the first grain over that on the last at two equal grains in space: 0 times what is right (2 more)",
+        ),
+        (
+            "rolling=4",
+            "bending stiffness at wall in space: 0 times what is right (3 more)",
+        ),
+        // Of the spins' sum, which are as 1 and −4.
+        (
+            "rolling=5",
+            "bending stiffness at two equal grains in space: 0.6 times what is right (5 more)",
+        ),
+        (
+            "museum=1",
+            "tangential stiffness at wall in space: as if multiplied by the overlap to the power 0.5 (3 more)",
+        ),
+        (
+            "museum=113",
+            "torque of friction on the first grain over that on the last at two unequal grains in space: 0.59988",
+        ),
+        (
+            "museum=21",
+            "twisting stiffness at two equal grains in space: as with twisting stiffness × 2 (9 more)",
+        ),
+        (
+            "history_displacement=1",
+            "as with spring_memory = displacement (",
+        ),
+        (
+            "history_not_turned",
+            "turn of the tangential spring about the normal at two equal grains in space: as with spring_turn = not_turned (",
+        ),
+        // A component that is left out of slips shows where directions are askew.
+        (
+            "slip_axis=2",
+            "tangential stiffness at two equal grains in space: 0.63963 times what is right",
+        ),
+        (
+            "friction_of=1",
+            "friction coefficient at two materials in space: 1.7521 times what is right",
+        ),
+    ];
+    for (fault, words) in told {
+        has(&card_of_engine("spheres.c", fault, "", 1), [words]);
+    }
+}
+
+#[test]
+#[cfg_attr(not(feature = "live"), ignore = "needs YADE")]
+fn what_yades_parameters_mean_in_space() {
+    let (text, _) = ends(&new_folder(), 0, &"engine card yade-sorted --quiet".words());
+    has(&text, ["AGREED: All 296 constants", "triangle", "box"]);
+    assert!(!text.contains(" ×"), "{text}");
+}
+
+#[test]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS")]
+fn what_lammps_parameters_mean_in_space() {
+    let (text, _) = ends(&new_folder(), 0, &"engine card lammps --quiet".words());
+    let told = [
+        "AGREED: All 210 constants",
+        "as it declares: slip = unstretched",
+        "as it declares: spring_turn = keeps_length",
+        "as it declares: tangential_dashpot = within_limit",
+        "as it declares: torque_arms_at_walls = whole_radii",
+        "Spheres with Hertz's and Mindlin's springs",
+    ];
+    has(&text, told);
+}
+
+#[test]
+#[cfg_attr(not(feature = "live"), ignore = "needs LIGGGHTS and ESyS-Particle")]
 fn what_parameters_of_other_codes_mean() {
     let told = [
-        ("yade-ordinary", "AGREED: All 25 constants"),
-        ("lammps", "as it declares: slip = unstretched"),
         ("liggghts", "as it declares: slip = contact_point"),
         (
             "esysparticle",

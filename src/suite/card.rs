@@ -1,40 +1,40 @@
 //! What an engine's parameters really mean: each constant is asked for in an experiment of one or two grains, and read from how
-//! the last grain moves. Forces that the engine writes play no part.
+//! the grains move, in the plane and in space. Forces that the engine writes play no part.
+
+mod asked;
+mod pictures;
+mod readings;
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use serde::Serialize;
 
 use crate::checks::{Check, Outcome, verdict};
-use crate::document::table::Table;
-use crate::document::{Document, Section};
+use crate::document::table::{Cell, Table, rounded};
+use crate::document::{Document, Plot, Section};
 use crate::engine::{Description, Engine, EngineError, ProgramError};
 use crate::files::work_folder;
-use crate::suite::{
-    Grain, Track, at, case, friction, model, punch, springs, with_viscosity, world,
-};
+use crate::suite::Track;
+use asked::{Kind, Quantity, quantities};
 use grains::constant::Constant;
-use grains::model::Law;
 use grains::rules::{Choice, Rules};
-use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
 use grains::variant::{Form, Variant, run};
+use pictures::{Line, lines, pictures};
 use verdict::forms::{candidates, in_words, other_rules};
 
-/// Radii of the grains, m; both are R of the first where grains are equal.
-const RADII: [f64; 2] = [0.005, 0.003];
-const DENSITY: f64 = 2600.0;
-/// E, Pa, so that k_n of two equal grains is E·R.
-const MODULUS: f64 = 1.0e7;
-const DT: f64 = 1.0e-6;
-/// The overlap that springs are read at, over the radius of the last grain.
-const OVERLAP: f64 = 1.0e-3;
-/// m/s.
-const SPEED: f64 = 0.1;
-/// Steps in a contact time.
-const STEPS: u64 = 100;
 /// How far what is read may be from what it should be, as a share of it: single precision, in differences of velocities.
 const TOLERANCE: f64 = 1.0e-4;
+/// How near to a whole or half number a power must be to be told.
+const POWER: f64 = 0.02;
+/// Stands in the names of what two grains have of each other whatever the law is.
+const OF_BOTH: &str = "on the first grain over that on the last";
+/// What is said of a row that is right.
+const AS_ASKED: &str = "as asked";
+/// How the words of a row end that has no cause.
+const IS_RIGHT: &str = " times what is right";
+/// So many causes are told in the answer; all of them are in the table.
+const TOLD: usize = 6;
 /// What constants are multiplied by where somebody halves, doubles or takes a root.
 const FACTORS: [(f64, &str); 6] = [
     (0.0, "0"),
@@ -96,324 +96,6 @@ impl Otherwise {
     }
 }
 
-/// What the last grain meets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
-    Equal,
-    Unequal,
-    Wall,
-    Punch,
-}
-
-const PLACES: [Place; 4] = [Place::Equal, Place::Unequal, Place::Wall, Place::Punch];
-
-impl Place {
-    fn name(self) -> &'static str {
-        ["two equal grains", "two unequal grains", "wall", "punch"][self as usize]
-    }
-
-    fn last(self) -> Grain {
-        let radius = RADII[usize::from(self == Place::Unequal)];
-        Grain::disc([0.0; 2], radius, DENSITY)
-    }
-
-    /// k_n, N/m (Eq. 4); flat bodies count as a grain of the same radius.
-    fn stiffness(self) -> f64 {
-        let [one, two] = [RADII[0], self.last().radius];
-        MODULUS * 2.0 * one * two / (one + two)
-    }
-
-    /// m₁m₂/(m₁ + m₂), or the whole mass at flat bodies, kg.
-    fn mass(self) -> f64 {
-        let (one, two) = (Place::Equal.last().mass, self.last().mass);
-        match self {
-            Place::Equal | Place::Unequal => one * two / (one + two),
-            Place::Wall | Place::Punch => two,
-        }
-    }
-
-    /// The last grain this deep in what is below it, or above it for the punch, and approaching at this velocity.
-    fn meeting(self, law: Law, overlap: f64, [along, inward]: [f64; 2], moments: Vec<u64>) -> Case {
-        let mut last = self.last();
-        // Spins stay so small that nothing is seen of them; their own experiment asks for them.
-        last.inertia *= 1.0e6;
-        let grains = match self {
-            Place::Equal | Place::Unequal => vec![Place::Equal.last()],
-            Place::Wall | Place::Punch => Vec::new(),
-        };
-        let side = if self == Place::Punch { -1.0 } else { 1.0 };
-        let below = grains.first().map_or(0.0, |grain: &Grain| grain.radius);
-        let place = [0.0, side * (below + last.radius - overlap)];
-        last = last.at(place).moving([along, -side * inward]);
-        let floor: &[f64] = if self == Place::Wall { &[0.0] } else { &[] };
-        let world = world(law, DT, [0.0; 2], 0.0, [&[], floor]);
-        let grains: Vec<Grain> = grains.into_iter().chain([last]).collect();
-        let mut made = case("card", world, &grains, moments);
-        if self == Place::Punch {
-            made.punch = Some(punch(0.0, 0.0, [0.05, 0.05], 0.0));
-        }
-        made
-    }
-
-    /// Along and out of the contact: of the force on the last grain between this moment and the next, N.
-    fn force(self, track: &Track, step: u64) -> [f64; 2] {
-        let id = usize::from(matches!(self, Place::Equal | Place::Unequal));
-        let [before, after] = [step, step + 1].map(|step| at(track, step).velocity(id));
-        let side = if self == Place::Punch { -1.0 } else { 1.0 };
-        let mass = self.last().mass;
-        [
-            mass * (after[0] - before[0]) / DT,
-            side * mass * (after[1] - before[1]) / DT,
-        ]
-    }
-
-    /// How deep the last grain is, m.
-    fn overlap(self, track: &Track, step: u64) -> f64 {
-        let radii = self.last().radius;
-        match self {
-            Place::Equal | Place::Unequal => {
-                let [[x, z], [x2, z2]] = [0, 1].map(|id| at(track, step).position(id));
-                RADII[0] + radii - (x2 - x).hypot(z2 - z)
-            }
-            Place::Wall | Place::Punch => radii - at(track, step).position(0)[1].abs(),
-        }
-    }
-
-    fn velocity(self, track: &Track, step: u64) -> [f64; 2] {
-        match self {
-            Place::Equal | Place::Unequal => {
-                let [[vx, vz], [x, z]] = [0, 1].map(|id| at(track, step).velocity(id));
-                [x - vx, z - vz]
-            }
-            Place::Wall => at(track, step).velocity(0),
-            Place::Punch => at(track, step).velocity(0).map(|part| -part),
-        }
-    }
-}
-
-type Read = Box<dyn Fn(&Track) -> f64 + Send + Sync>;
-
-/// Something that is asked for, and how a trajectory shows it.
-struct Quantity {
-    key: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    place: &'static str,
-    case: Case,
-    /// What the model says.
-    asked: f64,
-    read: Read,
-}
-
-fn quantities() -> Vec<Quantity> {
-    let mut all = Vec::new();
-    let slope = 0.5_f64;
-    for place in PLACES {
-        let mut add = |key, name, unit, case, asked, read: Read| {
-            let place = place.name();
-            all.push(Quantity {
-                key,
-                name,
-                unit,
-                place,
-                case,
-                asked,
-                read,
-            });
-        };
-        let overlap = OVERLAP * place.last().radius;
-        let spring = place.meeting(springs(MODULUS), overlap, [0.0; 2], vec![0, 1, 2]);
-        let stiffness = move |track: &Track| place.force(track, 1)[1] / place.overlap(track, 1);
-        add(
-            "k-n",
-            "normal stiffness",
-            "N/m",
-            spring,
-            place.stiffness(),
-            Box::new(stiffness),
-        );
-        let law = with_viscosity(
-            springs(MODULUS),
-            Viscosity::Dashpot {
-                c_n: 10.0,
-                tension: Tension::Clipped,
-            },
-        );
-        let braked = place.meeting(law, overlap, [0.0, SPEED], vec![0, 1, 2]);
-        let dashpot = move |track: &Track| {
-            let spring = place.stiffness() * place.overlap(track, 1);
-            let side = if place == Place::Punch { -1.0 } else { 1.0 };
-            (spring - place.force(track, 1)[1]) / (side * place.velocity(track, 1)[1]) * side
-        };
-        add("c-n", "dashpot", "N s/m", braked, 10.0, Box::new(dashpot));
-        let law = friction(MODULUS, 0.5, 1.2);
-        let dragged = place.meeting(law, overlap, [SPEED, 0.0], vec![0, 1, 2, 3]);
-        let shear = move |track: &Track| {
-            let [one, two] = [1, 2].map(|step| place.force(track, step)[0]);
-            (one - two) / (place.velocity(track, 2)[0].abs() * DT)
-        };
-        add(
-            "k-s",
-            "tangential stiffness",
-            "N/m",
-            dragged,
-            0.5 * place.stiffness(),
-            Box::new(shear),
-        );
-        let sliding = place.meeting(
-            friction(MODULUS, 1.0, slope.atan()),
-            overlap,
-            [3.0, 0.0],
-            vec![0, 1, 2, 3],
-        );
-        let ratio = move |track: &Track| {
-            let [along, out] = place.force(track, 2);
-            (along / out).abs()
-        };
-        add(
-            "friction",
-            "friction coefficient",
-            "",
-            sliding,
-            slope,
-            Box::new(ratio),
-        );
-        for (e_n, key) in [(0.2, "e-02"), (0.5, "e-05"), (0.8, "e-08")] {
-            let viscosity = Viscosity::Restitution {
-                e_n,
-                tension: Tension::Clipped,
-            };
-            let law = with_viscosity(springs(MODULUS), viscosity);
-            let end = collision(place) as u64 * 3;
-            let bounce = place.meeting(law, -0.5 * SPEED * DT, [0.0, SPEED], vec![0, end]);
-            let rebound = move |track: &Track| {
-                let [before, after] = [0, end].map(|step| place.velocity(track, step)[1]);
-                -after / before
-            };
-            add(key, "restitution", "", bounce, e_n, Box::new(rebound));
-        }
-        let dt = collision(place) / STEPS as f64 * DT;
-        let mut bounce = place.meeting(
-            springs(MODULUS),
-            -0.5 * SPEED * dt,
-            [0.0, SPEED],
-            (0..=STEPS + 10).collect(),
-        );
-        bounce.model.dt = dt;
-        let duration = move |track: &Track| {
-            let pushed = (0..STEPS + 10).filter(|step| place.force(track, *step)[1] != 0.0);
-            pushed.count() as f64 * dt
-        };
-        add(
-            "contact-time",
-            "contact time",
-            "s",
-            bounce,
-            collision(place) * DT,
-            Box::new(duration),
-        );
-    }
-    all.extend(alone());
-    all
-}
-
-/// π√(m/k) over Δt.
-fn collision(place: Place) -> f64 {
-    std::f64::consts::PI * (place.mass() / place.stiffness()).sqrt() / DT
-}
-
-/// Of one grain: gravity, local damping on the way down and up, and how it is turned.
-fn alone() -> Vec<Quantity> {
-    let gravity = [0.7, -9.81];
-    let fall = move |axis: usize| -> Read {
-        Box::new(move |track| {
-            let [before, after] = [1, 2].map(|step| at(track, step).velocity(0)[axis]);
-            (after - before) / DT
-        })
-    };
-    let grain = Place::Equal.last();
-    let thrown = |velocity: [f64; 2], alpha: f64| {
-        let world = world(springs(MODULUS), DT, gravity, alpha, [&[], &[]]);
-        case("card", world, &[grain.moving(velocity)], vec![0, 1, 2])
-    };
-    let row = |key, name, unit, case, asked, read| Quantity {
-        key,
-        name,
-        unit,
-        place: "one grain",
-        case,
-        asked,
-        read,
-    };
-    let [down, up] = [-1.0, 1.0].map(|side: f64| -> Read {
-        Box::new(move |track| {
-            let [before, after] = [1, 2].map(|step| at(track, step).velocity(0)[1]);
-            side * ((after - before) / DT / gravity[1] - 1.0)
-        })
-    });
-    let turned = {
-        let world = {
-            let mut made = model(friction(MODULUS, 1.0, 0.5), DT);
-            made.walls = vec![super::wall(grains::model::Axis::Z, 0.0)];
-            made
-        };
-        let place = [0.0, grain.radius * (1.0 - OVERLAP)];
-        case(
-            "card",
-            world,
-            &[grain.at(place).moving([3.0, 0.0])],
-            vec![0, 1, 2, 3],
-        )
-    };
-    let inertia = Box::new(move |track: &Track| {
-        let force = Place::Wall.force(track, 2)[0];
-        let [before, after] = [2, 3].map(|step| at(track, step).spin(0));
-        (force * DT * grain.radius / (after - before)).abs()
-    });
-    vec![
-        row(
-            "g-x",
-            "gravity across",
-            "m/s²",
-            thrown([0.0; 2], 0.0),
-            gravity[0],
-            fall(0),
-        ),
-        row(
-            "g-z",
-            "gravity upwards",
-            "m/s²",
-            thrown([0.0; 2], 0.0),
-            gravity[1],
-            fall(1),
-        ),
-        row(
-            "alpha-down",
-            "local damping, falling",
-            "",
-            thrown([0.1, -1.0], 0.3),
-            0.3,
-            down,
-        ),
-        row(
-            "alpha-up",
-            "local damping, rising",
-            "",
-            thrown([-0.1, 1.0], 0.3),
-            0.3,
-            up,
-        ),
-        row(
-            "inertia",
-            "moment of inertia",
-            "kg m²",
-            turned,
-            grain.inertia,
-            inertia,
-        ),
-    ]
-}
-
 /// A row of the card.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
@@ -421,6 +103,12 @@ pub struct Row {
     pub name: String,
     pub unit: String,
     pub place: String,
+    /// By which law, and where.
+    #[serde(skip)]
+    kind: Kind,
+    /// What is larger or smaller in the row's twin, and how much of it there is in this one.
+    #[serde(skip)]
+    rate: Option<(&'static str, f64)>,
     /// What the model says.
     pub asked: f64,
     /// What the native engine's trajectory shows under the model's rules; it is not exactly what was asked where time has steps.
@@ -436,18 +124,24 @@ pub struct Row {
 pub struct Card {
     pub engine: Description,
     pub rows: Vec<Row>,
+    #[serde(skip)]
+    pictures: Vec<Plot>,
 }
 
 /// Asks the engine for everything.
 pub fn card(engine: &dyn Engine) -> Result<Card, EngineError> {
     let described = engine.describe()?;
-    let all = quantities();
+    let all = quantities(&described);
+    let lines = lines(&described).into_iter();
+    let lines = lines.filter(|line| engine.lacks_for(&line.case).is_none());
+    let lines: Vec<Line> = lines.collect();
     let lacking: Vec<Option<String>> = all.iter().map(|of| engine.lacks_for(&of.case)).collect();
     let asked = all
         .iter()
         .zip(&lacking)
         .filter(|(_, lacks)| lacks.is_none());
-    let cases: Vec<&Case> = asked.map(|(of, _)| &of.case).collect();
+    let cases = asked.map(|(of, _)| &of.case);
+    let cases: Vec<&Case> = cases.chain(lines.iter().map(|line| &line.case)).collect();
     let work = work_folder().map_err(ProgramError::File)?;
     let mut answers = engine.run_cases(&cases, work.path())?.into_iter();
     let rows = all.iter().zip(lacking).map(|(quantity, lacks)| {
@@ -460,18 +154,33 @@ pub fn card(engine: &dyn Engine) -> Result<Card, EngineError> {
         quantity.row(answer, described.rules)
     });
     let mut rows: Vec<Row> = rows.collect();
+    let lines = lines.into_iter().zip(answers).filter_map(|(line, answer)| {
+        let right = run(&line.case, &variant(described.rules));
+        let points = [(line.trace)(&answer.ok()?), (line.trace)(&right)];
+        Some((line, points))
+    });
+    let pictures = pictures(&lines.collect::<Vec<_>>());
     tell_causes(&all, &mut rows, described.rules);
+    tell_powers(&mut rows);
     Ok(Card {
         engine: described,
         rows,
+        pictures,
     })
 }
 
 impl Quantity {
     fn row(&self, answer: Result<Track, String>, declared: Rules) -> Row {
         let mut row = Row {
-            key: format!("{}/{}", self.key, self.place.replace(' ', "-")),
-            name: self.name.to_owned(),
+            key: format!(
+                "{}{}/{}",
+                self.kind.key(),
+                self.key,
+                self.place.replace(' ', "-")
+            ),
+            name: self.name.clone(),
+            kind: self.kind,
+            rate: self.rate,
             unit: self.unit.to_owned(),
             place: self.place.to_owned(),
             asked: self.asked,
@@ -498,12 +207,11 @@ impl Quantity {
     /// Whether this is right, or right by the rules that are declared.
     fn explained(&self, row: &Row, declared: Rules) -> (Outcome, String) {
         if row.is(row.right) {
-            return (Outcome::Pass, "as asked".to_owned());
+            return (Outcome::Pass, AS_ASKED.to_owned());
         }
         let under = variant(declared);
         if !row.is(self.of(&under)) {
-            let times = row.shown.unwrap_or(f64::NAN) / row.right;
-            return (Outcome::Fail, format!("{times:.6} times what is right"));
+            return (Outcome::Fail, format!("{}{IS_RIGHT}", row.times_in_words()));
         }
         // Those without which it would not be.
         let needed = |choice: &Choice| {
@@ -511,8 +219,13 @@ impl Quantity {
             without.forms.retain(|form| *form != Form::Rule(*choice));
             !row.is(self.of(&without))
         };
-        let names = declared.unusual().filter(needed);
-        let names: Vec<String> = names.map(Choice::name).collect();
+        // Of rules that each suffice none is needed.
+        let suffices = |choice: &Choice| row.is(self.of(&Variant::of(Form::Rule(*choice))));
+        let mut names: Vec<Choice> = declared.unusual().filter(needed).collect();
+        if names.is_empty() {
+            names = declared.unusual().filter(suffices).collect();
+        }
+        let names: Vec<String> = names.into_iter().map(Choice::name).collect();
         (
             Outcome::Pass,
             format!("as it declares: {}", names.join(", ")),
@@ -526,6 +239,23 @@ impl Row {
         let near = |shown: f64| (shown - value).abs() <= TOLERANCE * self.right.abs();
         self.shown.is_some_and(near)
     }
+
+    /// What it is of, at whatever speed.
+    fn constant(&self) -> &str {
+        self.name.split(", ").next().unwrap_or_default()
+    }
+
+    /// What is shown over what is right, in words.
+    fn times_in_words(&self) -> String {
+        let times = self.times();
+        let is_nothing = times.abs() < TOLERANCE;
+        rounded(if is_nothing { 0.0 } else { times }, 5)
+    }
+
+    /// What is shown over what is right.
+    fn times(&self) -> f64 {
+        self.shown.unwrap_or(f64::NAN) / self.right
+    }
 }
 
 /// With these rules.
@@ -536,47 +266,90 @@ fn variant(rules: Rules) -> Variant {
     }
 }
 
-/// With what native would show a wrong row too: what leaves no row that is right wrong, and explains most of those that are wrong.
+/// With what native would show a wrong row too: what leaves no right row wrong, and changes no wrong one but to what is shown.
 fn tell_causes(all: &[Quantity], rows: &mut [Row], declared: Rules) {
     let under = variant(declared);
-    let with = |quantity: &Quantity, one: Otherwise| quantity.of(&one.beside(&under));
-    let mut counted: Vec<(Otherwise, usize)> = Vec::new();
-    let mut told: Vec<(usize, String)> = Vec::new();
     let wrong = |row: &Row| row.outcome == Outcome::Fail;
-    for (at, quantity) in all.iter().enumerate().filter(|(at, _)| wrong(&rows[*at])) {
+    let asked = all.iter().zip(rows.iter());
+    let asked: Vec<(&Quantity, &Row)> = asked.filter(|(_, row)| row.shown.is_some()).collect();
+    let others = |one: Otherwise| {
+        let variant = one.beside(&under);
+        move |quantity: &Quantity| quantity.of(&variant)
+    };
+    // How many wrong rows it explains; 0 where it does not fit.
+    let explained = |one: Otherwise| {
+        let with = others(one);
+        let mut count = 0;
+        let fits = asked.iter().all(|(quantity, row)| {
+            let value = with(quantity);
+            let is_shown = row.is(value);
+            count += usize::from(is_shown && wrong(row));
+            let is_as_before = || {
+                let off = (value - quantity.of(&under)).abs();
+                wrong(row) && off <= TOLERANCE * row.right.abs()
+            };
+            is_shown || is_as_before()
+        });
+        if fits { count } else { 0 }
+    };
+    let mut known: Vec<(Otherwise, usize)> = Vec::new();
+    let mut told: Vec<(String, String)> = Vec::new();
+    for (quantity, row) in asked.iter().filter(|(_, row)| wrong(row)) {
         let mut case = quantity.case.clone();
         case.model.rules = declared;
-        let mut explains: Vec<(Otherwise, usize)> = Vec::new();
+        let mut found: Vec<(Otherwise, usize)> = Vec::new();
         for one in Otherwise::all(&case) {
-            if !rows[at].is(with(quantity, one)) {
+            let before = known.iter().find(|(other, _)| *other == one).copied();
+            if before.is_some_and(|(_, count)| count == 0) || !row.is(others(one)(quantity)) {
                 continue;
             }
-            let known = counted.iter().find(|(other, _)| *other == one);
-            let count = known.map_or_else(
-                || {
-                    let pairs = || all.iter().zip(rows.iter());
-                    let mut right = pairs().filter(|(_, row)| row.outcome == Outcome::Pass);
-                    let keeps = right.all(|(of, row)| row.is(with(of, one)));
-                    let others = pairs().filter(|(_, row)| wrong(row));
-                    let count = others.filter(|(of, row)| row.is(with(of, one))).count();
-                    if keeps { count } else { 0 }
-                },
-                |(_, count)| *count,
-            );
-            counted.push((one, count));
-            explains.push((one, count));
+            let counted = before.unwrap_or_else(|| (one, explained(one)));
+            if before.is_none() {
+                known.push(counted);
+            }
+            found.push(counted);
         }
-        let most = explains.iter().map(|(_, count)| *count).max().unwrap_or(0);
-        let best = explains
-            .iter()
-            .filter(|(_, count)| *count == most && most > 0);
-        let best: Vec<String> = best.map(|(one, _)| one.name()).collect();
-        if !best.is_empty() {
-            told.push((at, format!("as with {}", best.join(", or "))));
+        let most = found.iter().map(|(_, count)| *count).max().unwrap_or(0);
+        let best = found.iter().filter(|(_, count)| *count == most && most > 0);
+        let names: Vec<String> = best.map(|(one, _)| one.name()).collect();
+        if !names.is_empty() {
+            told.push((row.key.clone(), format!("as with {}", names.join(", or "))));
         }
     }
-    for (at, why) in told {
-        rows[at].why = why;
+    for (key, why) in told {
+        for row in rows.iter_mut().filter(|row| row.key == key) {
+            row.why.clone_from(&why);
+        }
+    }
+}
+
+/// Where no cause is known: the power of speed, spin or overlap by which a wrong row and its twin of another one differ.
+fn tell_powers(rows: &mut [Row]) {
+    let wrong = |row: &Row| row.why.ends_with(IS_RIGHT);
+    for at in 0..rows.len() {
+        let row = &rows[at];
+        let Some((what, rate)) = row.rate.filter(|_| wrong(row)) else {
+            continue;
+        };
+        let mut twins = rows.iter().filter_map(|other| {
+            let same = (other.kind, &other.place) == (row.kind, &row.place);
+            let (of, other_rate) = other
+                .rate
+                .filter(|_| same && other.constant() == row.constant())?;
+            let power = (row.times() / other.times()).ln() / (rate / other_rate).ln();
+            (of == what && other_rate != rate).then_some(power)
+        });
+        let power = twins.next().unwrap_or(f64::NAN);
+        let whole = 0.5 * (2.0 * power).round();
+        let is_whole = (power - whole).abs() < POWER && whole != 0.0;
+        // A constant that is nothing has no power.
+        if is_whole && row.times().abs() > TOLERANCE {
+            let said = format!(
+                "as if multiplied by the {what} to the power {}",
+                rounded(whole, 2)
+            );
+            rows[at].why = said;
+        }
     }
 }
 
@@ -599,9 +372,7 @@ impl Card {
     pub fn document(&self) -> Document {
         let checks = self.checks();
         let other = self.rows.iter().filter(|row| row.outcome == Outcome::Fail);
-        let other: Vec<String> = other
-            .map(|row| format!("{} at {}: {}", row.name, row.place, row.why))
-            .collect();
+        let other: Vec<&Row> = other.collect();
         let asked = self.rows.iter().filter(|row| row.shown.is_some()).count();
         let answer = match (other.is_empty(), asked) {
             (_, 0) => "It has nothing of what is asked for.".to_owned(),
@@ -611,19 +382,34 @@ impl Card {
             (false, _) => format!(
                 "{} of {asked} constants are not what was asked for: {}.",
                 other.len(),
-                other.join("; ")
+                causes(&other)
             ),
         };
-        let table = Table::of("card", "Asked and shown", &self.rows)
-            .column("constant", |row: &Row| &row.name)
-            .column("at", |row: &Row| &row.place)
-            .column("asked", |row: &Row| row.asked)
-            .column("right", |row: &Row| row.right)
-            .column("shown", |row: &Row| row.shown)
-            .column("unit", |row: &Row| &row.unit)
-            .column("which is", |row: &Row| &row.why);
-        let about = "Read from how a grain moves from one step to the next; forces that the engine writes play no part. Right is what the same \
-                     reading gives of the native engine, whose steps are the same.";
+        let about = "Read from how grains move from one step to the next; forces that the engine writes play no part. Right is what the same \
+                     reading gives of the native engine, whose steps are the same. In space normals and tangents are askew to the axes.";
+        let sections = Kind::ALL.into_iter().filter_map(|kind| {
+            let own = self.rows.iter().filter(|row| row.kind == kind);
+            let own: Vec<&Row> = own.collect();
+            (!own.is_empty()).then(|| section(kind, &own))
+        });
+        let mut sections: Vec<Section> = sections.collect();
+        if let Some(first) = sections.first_mut() {
+            about.clone_into(&mut first.answer);
+        }
+        let unusual = self.rows.iter().filter(|row| row.why != AS_ASKED);
+        let unusual: Vec<&Row> = unusual.filter(|row| row.shown.is_some()).collect();
+        if !unusual.is_empty() {
+            let table = table("card-otherwise", "Otherwise than asked", unusual);
+            sections.insert(0, Section::new("Otherwise than asked", "").with(table));
+        }
+        let plots = Section::new("Contacts in space", "").with_all(self.pictures.clone());
+        sections.extend((!self.pictures.is_empty()).then_some(plots));
+        let all =
+            Section::new("All constants", "").with(table("card", "Asked and shown", &self.rows));
+        sections.push(Section {
+            details: true,
+            ..all
+        });
         Document {
             title: format!("Card of {}", self.engine.label()),
             verdict: if asked == 0 {
@@ -632,8 +418,95 @@ impl Card {
                 verdict(&checks)
             },
             answer,
-            sections: vec![Section::new("Constants", about).with(Table::from(table))],
+            sections,
             checks,
         }
     }
+}
+
+/// Each cause once, with the first constant that it makes wrong, and each constant that has none; what the law cannot be at all first.
+fn causes(wrong: &[&Row]) -> String {
+    let has_none = |row: &Row| row.why.ends_with(IS_RIGHT);
+    let group = |row: &Row| match has_none(row) {
+        true => row.constant().to_owned(),
+        false => row.why.clone(),
+    };
+    let mut told: Vec<(&Row, usize)> = Vec::new();
+    for row in wrong {
+        match told
+            .iter_mut()
+            .find(|(first, _)| group(first) == group(row))
+        {
+            Some((_, count)) => *count += 1,
+            None => told.push((row, 1)),
+        }
+    }
+    told.sort_by_key(|(row, _)| has_none(row) && !row.name.contains(OF_BOTH));
+    let rest: usize = told.iter().skip(TOLD).map(|(_, count)| count).sum();
+    let words = told.iter().take(TOLD).map(|(row, count)| {
+        let in_space = if row.kind.in_space() { " in space" } else { "" };
+        let likewise = match count {
+            1 => String::new(),
+            _ => format!(" ({} more)", count - 1),
+        };
+        let (name, place, why) = (&row.name, &row.place, &row.why);
+        format!("{name} at {place}{in_space}: {why}{likewise}")
+    });
+    let mut words: Vec<String> = words.collect();
+    if rest > 0 {
+        words.push(format!("{rest} others"));
+    }
+    words.join("; ")
+}
+
+/// A row for each.
+fn table<'a>(name: &str, title: &str, rows: impl IntoIterator<Item = &'a Row>) -> Table {
+    let columns = Table::of(name, title, rows)
+        .column("constant", |row: &Row| &row.name)
+        .column("at", |row: &Row| &row.place)
+        .column("where", |row: &Row| row.kind.name())
+        .column("asked", |row: &Row| row.asked)
+        .column("right", |row: &Row| row.right)
+        .column("shown", |row: &Row| row.shown)
+        .column("unit", |row: &Row| &row.unit)
+        .column("which is", |row: &Row| &row.why);
+    columns.into()
+}
+
+/// A row for each constant and a column for each place.
+fn section(kind: Kind, rows: &[&Row]) -> Section {
+    let mut names: Vec<&String> = Vec::new();
+    let mut places: Vec<&String> = Vec::new();
+    for row in rows {
+        if !names.contains(&&row.name) {
+            names.push(&row.name);
+        }
+        if !places.contains(&&row.place) {
+            places.push(&row.place);
+        }
+    }
+    let name = format!(
+        "card-{}",
+        kind.key().trim_end_matches('/').replace('/', "-")
+    );
+    let mut table = Table::of(
+        name.trim_end_matches('-'),
+        "Pass, or so many times what is right",
+        names,
+    )
+    .column("constant", |name: &String| name);
+    for place in places {
+        table = table.column(place, |name: &String| {
+            let cells = rows
+                .iter()
+                .filter(|row| (&row.name, &row.place) == (name, place));
+            cells.fold(Cell::Missing, |cell, row| match (row.outcome, cell) {
+                (Outcome::Skipped, cell) => cell,
+                (Outcome::Pass, cell @ (Cell::Text(_) | Cell::Outcome(_))) => cell,
+                (Outcome::Pass, _) => Cell::Outcome(Outcome::Pass),
+                _ => Cell::Text(format!("{} ×", row.times_in_words())),
+            })
+        });
+    }
+    Section::new(kind.name(), "").with(Table::from(table))
 }

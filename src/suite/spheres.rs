@@ -167,17 +167,17 @@ const PUBLISHED: [Published; 8] = [
 
 /// A sphere at the start.
 #[derive(Clone, Copy)]
-struct Sphere {
+pub(super) struct Sphere {
     place: Vector,
     velocity: Vector,
     spin: Vector,
     radius: f64,
     /// kg; the moment of inertia is that of a ball.
-    mass: f64,
+    pub(super) mass: f64,
 }
 
 impl Sphere {
-    fn new(place: Vector, radius: f64, density: f64) -> Self {
+    pub(super) fn new(place: Vector, radius: f64, density: f64) -> Self {
         Sphere {
             place,
             velocity: [0.0; 3],
@@ -187,7 +187,7 @@ impl Sphere {
         }
     }
 
-    fn moving(self, velocity: Vector) -> Self {
+    pub(super) fn moving(self, velocity: Vector) -> Self {
         Sphere { velocity, ..self }
     }
 
@@ -365,7 +365,7 @@ fn at_walls(rules: Rules) -> f64 {
     }
 }
 
-fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Law {
+pub(super) fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Law {
     let mut law = springs(modulus);
     law.poissons_ratio = Some(poissons_ratio);
     law.friction_angle = friction_angle;
@@ -374,7 +374,7 @@ fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Law 
     law
 }
 
-fn case(name: &str, model: Model, spheres: &[Sphere], moments: Vec<u64>) -> Case {
+pub(super) fn case(name: &str, model: Model, spheres: &[Sphere], moments: Vec<u64>) -> Case {
     let column = |of: &dyn Fn(&Sphere) -> f64| spheres.iter().map(of).collect::<Vec<f64>>();
     let mut bodies = Bodies {
         x: column(&|of| of.place[0]),

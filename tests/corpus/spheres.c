@@ -113,6 +113,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(rolling_radius)      /* limit by 1: R*; 2: the sum; 3: the first radius */                                       \
     X(rolling_cap)         /* 1: none; 2: with twisting together; 3: of the spring */                                  \
     X(twist)               /* 1: none; 2: bending's stiffness; 3: limited; 4: not turned; 5: other sign */              \
+    X(moment_of_spin)      /* multiplied by the spin, in rad/s, 1: the limit of bending; 2: twisting */                 \
     X(adhesion_radius)     /* 1: the sum; 2: the smaller; 3: the mean */                                               \
     X(adhesion_missing)    /* 1: at walls and punch; 2: of pairs */                                                    \
     X(adhesion_push)                                                                                                   \
@@ -688,7 +689,9 @@ static void act(Contact *of, const Contact *old)
     if (fault.cross_sign) of->torques[1].of[AXIS(fault.cross_sign)] *= -1;
     if (!rolling || fault.rolling == 1 || (flat && fault.rolling == 4)) return;
     const V turning = fault.rolling == 5 ? plus(spin2, spin1) : minus(spin2, spin1);
-    const V about = times(dot(turning, n), n), rolls = minus(turning, about);
+    V about = times(dot(turning, n), n);
+    const V rolls = minus(turning, about);
+    if (fault.moment_of_spin == 2) about = times(size(about) / (local)TIME, about);
     V bending = {{0}}, twisting = {{0}};
     if (old && fault.rolling_kept != 2) {
         bending = fault.rolling_kept == 1 ? old->bending : turned(old->bending, old->normal, n, spin1, spin2);
@@ -699,7 +702,8 @@ static void act(Contact *of, const Contact *old)
     twisting = minus(twisting, times(fault.twist == 5 ? -stiff : stiff, times(dt, about)));
     local radius = (r1 + r2) / 2;
     if (fault.rolling_radius) radius = fault.rolling_radius == 1 ? k.radius : fault.rolling_radius == 2 ? r1 + r2 : r1;
-    const local most = fabs(fault.rolling_cap == 3 ? spring : pressure) * (rolling_limit * radius);
+    local most = fabs(fault.rolling_cap == 3 ? spring : pressure) * (rolling_limit * radius);
+    if (fault.moment_of_spin == 1) most *= size(rolls) / (local)TIME;
     const V uncut = bending;
     if (rolling_limit > 0 && fault.rolling_cap != 1 && pressure != 0 && size(bending) > most)
         bending = times(OVER(most, size(bending)), bending);

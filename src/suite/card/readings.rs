@@ -1,0 +1,550 @@
+//! How the trajectory of a meeting shows each constant of a law.
+
+use std::f64::consts::PI;
+
+use super::asked::{
+    DT, HEAVY, Kind, LONG, Local, MORE, Meeting, OVERLAP, Place, Quantity, Read, SPEED, STEPS,
+    TENSION, places, vector,
+};
+use crate::suite::Track;
+use grains::model::Law;
+use grains::scene::{AdhesionLaw, Rolling, Viscosity};
+use grains::task::Case;
+use grains::vector::{dot, hypot, minus, times};
+
+/// Steps in a contact time where a rebound is read.
+const STEPS_OF_BOUNCE: u64 = 1000;
+const ROLLING: Rolling = Rolling {
+    bending_stiffness: 2.0e-3,
+    twisting_stiffness: 1.0e-3,
+    limit: None,
+};
+
+impl Meeting {
+    pub fn quantities(self) -> Vec<Quantity> {
+        let mut list = List {
+            meeting: self,
+            all: Vec::new(),
+        };
+        list.springs();
+        list.dashpots();
+        list.friction();
+        list.rebounds();
+        if self.kind.in_space() {
+            list.turns();
+            list.reactions();
+        }
+        if self.kind == Kind::Hertz {
+            list.loads();
+            list.adhesion();
+            list.moments();
+        }
+        list.all
+    }
+}
+
+/// The quantities of a meeting, as they are added.
+struct List {
+    meeting: Meeting,
+    all: Vec<Quantity>,
+}
+
+/// What a reading is of: its key, what it is called and its unit.
+type Named<'a> = (&'a str, &'a str, &'static str);
+
+/// The friction angle of the last grain, whose material is the only other one and slides more easily, rad.
+fn angle_of_last(law: &Law) -> f64 {
+    let other = law.materials.first();
+    other.map_or(law.friction_angle, |solid| solid.friction_angle)
+}
+
+impl List {
+    fn add(
+        &mut self,
+        (key, name, unit): Named<'_>,
+        case: Case,
+        asked: f64,
+        read: impl Fn(&Track) -> f64 + Send + Sync + 'static,
+    ) {
+        self.all.push(Quantity {
+            kind: self.meeting.kind,
+            key: key.to_owned(),
+            name: name.to_owned(),
+            unit,
+            place: self.meeting.place.name(),
+            rate: None,
+            case,
+            asked,
+            read: Box::new(read),
+        });
+    }
+
+    /// The same for one value of something, and in space for a larger one: a law may depend on it otherwise than it says.
+    fn add_at_rates(
+        &mut self,
+        (key, name, unit): Named<'_>,
+        (what, more): (&'static str, &str),
+        mut one: impl FnMut(f64) -> (Case, f64, Read),
+    ) {
+        let rates = [1.0, MORE];
+        let count = 1 + usize::from(self.meeting.kind.in_space());
+        for rate in rates.into_iter().take(count) {
+            let (case, asked, read) = one(rate);
+            let named = match rate == 1.0 {
+                true => (key.to_owned(), name.to_owned()),
+                false => (
+                    format!("{key}-more"),
+                    format!("{name}, {rate} times as {more}"),
+                ),
+            };
+            self.add((&named.0, &named.1, unit), case, asked, read);
+            let last = self.all.last_mut().expect("it was added");
+            last.rate = Some((what, rate));
+        }
+    }
+
+    /// Of a spring's constant.
+    fn unit(&self) -> &'static str {
+        match self.meeting.kind {
+            Kind::Hertz => "N/m^1.5",
+            _ => "N/m",
+        }
+    }
+
+    fn overlap(&self) -> f64 {
+        OVERLAP * self.meeting.last().radius
+    }
+
+    fn springs(&mut self) {
+        let (meeting, overlap, unit) = (self.meeting, self.overlap(), self.unit());
+        self.add_at_rates(
+            ("k-n", "normal stiffness", unit),
+            ("overlap", "deep"),
+            |rate| {
+                let law = meeting.law(1.0, 0.0);
+                let case = meeting.meeting(law, rate * overlap, [0.0; 2], vec![0, 1, 2]);
+                let [asked, _] = meeting.stiffness(&case.model.law);
+                let read = move |track: &Track| {
+                    let power = meeting.power();
+                    meeting.force(track, 1, DT)[0] / meeting.overlap(track, 1).powf(power)
+                };
+                (case, asked, Box::new(read))
+            },
+        );
+    }
+
+    fn dashpots(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let viscosity = match meeting.kind {
+            Kind::Plane => Viscosity::Dashpot {
+                c_n: 10.0,
+                tension: TENSION,
+            },
+            Kind::Linear => Viscosity::Dashpot {
+                c_n: 0.5,
+                tension: TENSION,
+            },
+            Kind::Hertz => Viscosity::Restitution {
+                e_n: 0.5,
+                tension: TENSION,
+            },
+        };
+        let law = |angle| {
+            meeting
+                .kind
+                .with_dashpots(meeting.law(1.0, angle), viscosity.clone())
+        };
+        // 2β√(m k) where it is no constant.
+        let constant = move |law: &Law, which: usize, stiffness: f64| match law.contact.viscosity {
+            Viscosity::Dashpot { c_n, .. } => c_n,
+            _ => 2.0 * law.damping_ratios()[which] * (meeting.mass() * stiffness).sqrt(),
+        };
+        self.add_at_rates(("c-n", "dashpot", "N s/m"), ("speed", "fast"), |rate| {
+            let velocity = [0.0, rate * SPEED];
+            let case = meeting.meeting(law(0.0), overlap, velocity, vec![0, 1, 2]);
+            let law = &case.model.law;
+            let [stiffness, _] = meeting.stiffness(law);
+            // By the overlap in which it is read.
+            let asked = constant(law, 0, meeting.slope(law, overlap + rate * SPEED * DT));
+            let read = move |track: &Track| {
+                let spring = stiffness * meeting.overlap(track, 1).powf(meeting.power());
+                (spring - meeting.force(track, 1, DT)[0]) / meeting.velocity(track, 1)[0]
+            };
+            (case, asked, Box::new(read))
+        });
+        if meeting.kind != Kind::Hertz {
+            return;
+        }
+        let case = meeting.meeting(law(1.2), overlap, [SPEED, 0.0], vec![0, 1, 2, 3]);
+        let [_, stiffness] = meeting.stiffness(&case.model.law);
+        let asked = constant(&case.model.law, 1, stiffness * overlap.sqrt());
+        self.add(
+            ("c-s", "dashpot along the tangent", "N s/m"),
+            case,
+            asked,
+            move |track| {
+                // The spring has got the slip of two steps.
+                let [one, two] = [1, 2].map(|step| meeting.force(track, step, DT)[1]);
+                (2.0 * (two - one) - one) / meeting.velocity(track, 1)[1]
+            },
+        );
+    }
+
+    fn friction(&mut self) {
+        let (meeting, overlap, unit) = (self.meeting, self.overlap(), self.unit());
+        let ratio = if meeting.kind == Kind::Hertz {
+            1.0
+        } else {
+            0.5
+        };
+        self.add_at_rates(
+            ("k-s", "tangential stiffness", unit),
+            ("overlap", "deep"),
+            |rate| {
+                let law = meeting.law(ratio, 1.2);
+                let case = meeting.meeting(law, rate * overlap, [SPEED, 0.0], vec![0, 1, 2, 3]);
+                let [_, asked] = meeting.stiffness(&case.model.law);
+                let read = move |track: &Track| {
+                    let [one, two] = [1, 2].map(|step| meeting.force(track, step, DT)[1]);
+                    let way = meeting.velocity(track, 2)[1] * DT;
+                    (one - two) / way / meeting.overlap(track, 2).powf(meeting.power() - 1.0)
+                };
+                (case, asked, Box::new(read))
+            },
+        );
+        let law = meeting.law(1.0, 0.5f64.atan());
+        let sliding = meeting.meeting(law, overlap, [3.0, 0.0], vec![0, 1, 2, 3]);
+        let angle = angle_of_last(&sliding.model.law);
+        self.add(
+            ("friction", "friction coefficient", ""),
+            sliding,
+            angle.tan(),
+            move |track| {
+                let [out, along, across] = meeting.force(track, 2, DT);
+                along.hypot(across) / out.abs()
+            },
+        );
+    }
+
+    /// Normal collisions.
+    fn rebounds(&mut self) {
+        let meeting = self.meeting;
+        let plain = meeting.law(1.0, 0.0);
+        let mut rebounds = vec![("e-02", 0.2, 1.0), ("e-05", 0.5, 1.0), ("e-08", 0.8, 1.0)];
+        if meeting.kind == Kind::Hertz {
+            rebounds.push(("e-05-more", 0.5, MORE));
+        }
+        for (key, e_n, rate) in rebounds {
+            let viscosity = Viscosity::Restitution {
+                e_n,
+                tension: TENSION,
+            };
+            let law = meeting.kind.with_dashpots(plain.clone(), viscosity);
+            let end = 3 * STEPS_OF_BOUNCE;
+            let case = meeting.bounce(law, rate * SPEED, STEPS_OF_BOUNCE, vec![0, end]);
+            let name = match rate == 1.0 {
+                true => "restitution".to_owned(),
+                false => format!("restitution, {rate} times as fast"),
+            };
+            self.add((key, &name, ""), case, e_n, move |track| {
+                let [before, after] = [0, end].map(|step| meeting.velocity(track, step)[0]);
+                -after / before
+            });
+            // Of 0.5 alone there are two speeds.
+            let is_twice = key.starts_with("e-05") && meeting.kind == Kind::Hertz;
+            let last = self.all.last_mut().expect("it was added");
+            last.rate = is_twice.then_some(("speed", rate));
+        }
+        let case = meeting.bounce(plain, SPEED, STEPS, (0..=STEPS + 10).collect());
+        let (dt, asked) = (case.model.dt, meeting.contact_time(&case.model.law));
+        self.add(
+            ("contact-time", "contact time", "s"),
+            case,
+            asked,
+            move |track| {
+                let pushes = |step: &u64| meeting.force(track, *step, dt)[0] != 0.0;
+                (0..STEPS + 10).filter(pushes).count() as f64 * dt
+            },
+        );
+    }
+
+    /// How the tangential spring turns: about the normal with the spins, and with the normal.
+    fn turns(&mut self) {
+        let meeting = self.meeting;
+        let moments = vec![0, LONG, LONG + 1];
+        let case = meeting.turning(1.2, 1.0, moments.clone());
+        let dt = case.model.dt;
+        let name = "turn of the tangential spring about the normal";
+        // Slip along one line, which a spring sees that turns by an angle of 1, lags by half of it.
+        self.add(("turn-spin", name, ""), case, 0.5f64.tan(), move |track| {
+            let [_, along, across] = meeting.force(track, LONG, dt);
+            across / along
+        });
+        if !meeting.place.is_pair() {
+            return;
+        }
+        // So far that the normal turns by a hundredth, and overlaps stay about what they are.
+        let law = meeting.law(0.5, 1.2);
+        let speed = 0.02 * meeting.last().radius / (LONG as f64 * dt);
+        let rolls = [0.0, 0.0, 0.97 * speed / meeting.last().radius];
+        let case = meeting.meeting(law, self.overlap(), [speed, 0.0], moments);
+        let mut case = meeting.spinning(case, [[0.0; 3], rolls], HEAVY);
+        case.model.dt = dt;
+        let [asked, _] = meeting.stiffness(&case.model.law);
+        let named = (
+            "turn-normal",
+            "normal stiffness, sheared and rolling over",
+            self.unit(),
+        );
+        self.add(named, case, asked, move |track| {
+            let [one, two] = [0, 1].map(|id| vector(track, LONG, id, places));
+            let apart = minus(two, one);
+            let normal = times(1.0 / hypot(apart), apart);
+            let force = meeting.in_space(meeting.force(track, LONG, dt));
+            dot(force, normal) / meeting.overlap(track, LONG).powf(meeting.power())
+        });
+    }
+
+    /// What the other grain of a pair feels, and by which arm.
+    fn reactions(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let mut law = meeting.law(0.5, 1.2);
+        if meeting.kind == Kind::Hertz {
+            let viscosity = Viscosity::Restitution {
+                e_n: 0.5,
+                tension: TENSION,
+            };
+            law = meeting.kind.with_dashpots(law, viscosity);
+        }
+        let dragged = || {
+            let case = meeting.meeting(law.clone(), overlap, [SPEED, 0.0], vec![0, 1, 2]);
+            meeting.spinning(case, [[0.0; 3]; 2], 1.0)
+        };
+        // Where the law's torques act at the contact point, that is on the surface of what is flat and endless.
+        let at_surface = matches!(meeting.place, Place::Wall | Place::Plane);
+        let less = if at_surface && meeting.kind == Kind::Hertz {
+            overlap
+        } else {
+            0.5 * overlap
+        };
+        let arm = meeting.last().radius - less;
+        self.add(
+            ("arm", "arm of the tangential force", "m"),
+            dragged(),
+            arm,
+            move |track| meeting.torque(track, 1)[2].abs() / meeting.force(track, 1, DT)[1].abs(),
+        );
+        if !meeting.place.is_pair() {
+            return;
+        }
+        let share = |first: Local, last: Local| -dot(first, last) / dot(last, last);
+        let named = (
+            "reaction",
+            "force on the first grain over that on the last",
+            "",
+        );
+        self.add(named, dragged(), 1.0, move |track| {
+            let [one, two] = [0, 1].map(|id| meeting.force_on(id, track, 1, DT));
+            share(one, two)
+        });
+        let [r1, r2] = meeting.radii().map(|radius| radius - 0.5 * overlap);
+        let named = (
+            "torques",
+            "torque of friction on the first grain over that on the last",
+            "",
+        );
+        self.add(named, dragged(), r1 / r2, move |track| {
+            let [one, two] = [0, 1].map(|id| meeting.torque_on(id, track, 1));
+            -share(one, two)
+        });
+    }
+
+    /// What a tangential spring keeps while the load grows and falls.
+    fn loads(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let way = 0.5 * SPEED * LONG as f64 * DT;
+        for (key, name, begin, end) in [
+            (
+                "load-up",
+                "tangential force kept under a growing load",
+                overlap,
+                overlap + way,
+            ),
+            (
+                "load-down",
+                "tangential force kept under a falling load",
+                overlap + way,
+                overlap,
+            ),
+        ] {
+            let law = meeting.law(1.0, 1.2);
+            let inward = 0.5 * SPEED * (end - begin).signum();
+            let case = meeting.meeting(law, begin, [0.2 * SPEED, inward], vec![0, LONG, LONG + 1]);
+            let [_, stiffness] = meeting.stiffness(&case.model.law);
+            let mean = 2.0 / 3.0 * (end.powf(1.5) - begin.powf(1.5)) / (end - begin);
+            self.add((key, name, ""), case, mean / end.sqrt(), move |track| {
+                let slip = 0.2 * SPEED * (LONG + 1) as f64 * DT;
+                let spring = stiffness * meeting.overlap(track, LONG).sqrt() * slip;
+                -meeting.force(track, LONG, DT)[1] / spring
+            });
+        }
+    }
+
+    fn adhesion(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let energy = 0.05;
+        let sticky = |adhesion_law| {
+            let mut law = meeting.law(1.0, 0.0);
+            law.contact.adhesion = Some(energy);
+            law.contact.adhesion_law = adhesion_law;
+            law
+        };
+        let [r1, r2] = meeting.radii();
+        let radius = r1 * r2 / (r1 + r2);
+        for (key, name, adhesion_law) in [
+            (
+                "adhesion",
+                "surface energy of a constant pull",
+                AdhesionLaw::Pull,
+            ),
+            (
+                "dmt",
+                "surface energy by Derjaguin, Muller and Toporov",
+                AdhesionLaw::Dmt,
+            ),
+        ] {
+            let law = sticky(adhesion_law);
+            let case = meeting.meeting(law, overlap, [0.0; 2], vec![0, 1, 2]);
+            let [stiffness, _] = meeting.stiffness(&case.model.law);
+            self.add((key, name, "J/m²"), case, energy, move |track| {
+                let spring = stiffness * meeting.overlap(track, 1).powf(1.5);
+                (spring - meeting.force(track, 1, DT)[0]) / (4.0 * PI * radius)
+            });
+        }
+        for (key, name, adhesion_law) in [
+            (
+                "friction-pulled",
+                "friction coefficient under a constant pull",
+                AdhesionLaw::Pull,
+            ),
+            (
+                "friction-dmt",
+                "friction coefficient by Derjaguin, Muller and Toporov",
+                AdhesionLaw::Dmt,
+            ),
+            (
+                "friction-jkr",
+                "friction coefficient by Johnson, Kendall and Roberts",
+                AdhesionLaw::Jkr,
+            ),
+        ] {
+            let mut law = meeting.law(1.0, 0.5f64.atan());
+            law.contact.adhesion = Some(energy);
+            law.contact.adhesion_law = adhesion_law;
+            let asked = angle_of_last(&law).tan();
+            // What presses besides the force: |N| + A, or N + 2A.
+            let pull = match adhesion_law {
+                AdhesionLaw::Pull => 4.0,
+                AdhesionLaw::Dmt => 8.0,
+                AdhesionLaw::Jkr => 6.0,
+            } * PI
+                * radius
+                * energy;
+            let case = meeting.meeting(law, overlap, [3.0, 0.0], vec![0, 1, 2, 3, 4]);
+            self.add((key, name, ""), case, asked, move |track| {
+                let [out, along, across] = meeting.force(track, 3, DT);
+                along.hypot(across) / (out + pull)
+            });
+        }
+        // Parts from a fifth of the overlap on; the largest pull.
+        let case = meeting.meeting(
+            sticky(AdhesionLaw::Jkr),
+            0.2 * overlap,
+            [0.0, -0.5 * SPEED],
+            (0..LONG).collect(),
+        );
+        let named = (
+            "jkr",
+            "surface energy by Johnson, Kendall and Roberts",
+            "J/m²",
+        );
+        self.add(named, case, energy, move |track| {
+            let forces = (1..LONG - 1).map(|step| meeting.force(track, step, DT)[0]);
+            -forces.fold(f64::INFINITY, f64::min) / (3.0 * PI * radius)
+        });
+    }
+
+    /// Against rolling and twisting; friction is as small as it can be, so that torques are theirs.
+    fn moments(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let law = |rolling: Rolling| {
+            let mut law = meeting.law(1.0, 1.0e-9);
+            law.contact.rolling = Some(rolling);
+            law
+        };
+        let turning = move |law: Law, spin: Local| {
+            let case = meeting.meeting(law, overlap, [0.0; 2], vec![0, 1, 2, 3]);
+            // What counts is the difference of the spins, not their sum.
+            meeting.spinning(case, [spin.map(|part| -0.25 * part), spin], 1.0)
+        };
+        let share = if meeting.place.is_pair() { 1.25 } else { 1.0 };
+        for (key, name, component, asked) in [
+            ("bending", "bending stiffness", 1, ROLLING.bending_stiffness),
+            (
+                "twisting",
+                "twisting stiffness",
+                0,
+                ROLLING.twisting_stiffness,
+            ),
+        ] {
+            self.add_at_rates((key, name, "N m"), ("spin", "fast"), |rate| {
+                let mut spin = [0.0; 3];
+                spin[component] = 3.0 * rate;
+                let case = turning(law(ROLLING), spin);
+                let read = move |track: &Track| {
+                    let [one, two] = [1, 2].map(|step| meeting.torque(track, step)[component]);
+                    (one - two) / (share * spin[component] * DT)
+                };
+                (case, asked, Box::new(read))
+            });
+        }
+        // So stiff that the limit is reached at once.
+        let limit = 0.05;
+        let stiff = Rolling {
+            bending_stiffness: 1.0e3 * ROLLING.bending_stiffness,
+            limit: Some(limit),
+            ..ROLLING
+        };
+        self.add_at_rates(
+            ("limit", "limit of rolling", ""),
+            ("spin", "fast"),
+            |rate| {
+                let case = turning(law(stiff), [0.0, 3.0 * rate, 0.0]);
+                let read = move |track: &Track| {
+                    let [r1, r2] = meeting.radii();
+                    let [_, along, across] = meeting.torque(track, 2);
+                    let arm = meeting.force(track, 2, DT)[0] * 0.5 * (r1 + r2);
+                    along.hypot(across) / arm
+                };
+                (case, limit, Box::new(read))
+            },
+        );
+        if !meeting.place.is_pair() {
+            return;
+        }
+        let named = (
+            "moments",
+            "moment on the first grain over that on the last",
+            "",
+        );
+        self.add(
+            named,
+            turning(law(ROLLING), [1.0, 2.0, 0.0]),
+            1.0,
+            move |track| {
+                let [one, two] = [0, 1].map(|id| meeting.torque_on(id, track, 2));
+                -dot(one, two) / dot(two, two)
+            },
+        );
+    }
+}
