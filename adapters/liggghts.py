@@ -126,13 +126,14 @@ def of_hertz(job, kinds, solids):
     if ratios and ratios[0] > 0.0:
         e = RESTITUTION
         share = math.log(e) / math.hypot(math.pi, math.log(e))
-        kinds.weights = [1.2 * (ratios[0] / share) ** 2 * of for of in kinds.weights]
+        kinds.weights = [1.2 * (ratios[0] / share) ** 2 * weight for weight in kinds.weights]
     size = len(of_types)
     tables = {"coefficientRestitution": ("peratomtypepair %d" % size, [e] * size**2)}
     for name, key in (("youngsModulus", "modulus"), ("poissonsRatio", "poissons_ratio")):
-        tables[name] = "peratomtype", [of.get(key) or 0.0 for of in of_types]
-    fixes = ["fix %s all property/global %s %s %s" % (name, name, kind, " ".join(map(number, of))) for name, (kind, of) in tables.items()]
-    return ["soft_particles yes", *fixes]
+        tables[name] = "peratomtype", [solid.get(key) or 0.0 for solid in of_types]
+    rows = tables.items()
+    return ["soft_particles yes", *("fix %s all property/global %s %s %s" % (name, name, kind, " ".join(map(number, values)))
+                                    for name, (kind, values) in rows)]  # fmt: skip
 
 
 def acted(run, one, two, *force):
@@ -143,29 +144,30 @@ def acted(run, one, two, *force):
     if not ratios:
         return told
     grains = [dict(run.job.grains[at], **dict(zip(run.job.names, run.motion[at]))) for at in (one, two)]
-    vector = lambda of, names: [of.get(name, 0.0) for name in names]
-    places, radii, masses = [vector(of, "xyz") for of in grains], [of["radius"] for of in grains], [of["mass"] for of in grains]
+    vector = lambda grain, names: [grain.get(name, 0.0) for name in names]
+    places, (radii, masses) = [vector(grain, "xyz") for grain in grains], zip(*((grain["radius"], grain["mass"]) for grain in grains))
     away = [there - here for here, there in zip(*places)]
     distance = math.hypot(*away)
-    normal, overlap = [of / distance for of in away], sum(radii) - distance
+    normal, overlap = [along / distance for along in away], sum(radii) - distance
     if overlap <= 0.0:
         return told
     speeds = []
-    for of, arm in zip(grains, (radii[0] - 0.5 * overlap, 0.5 * overlap - radii[1])):
-        (a, b, c), (u, v, w) = vector(of, ("spin_x", "spin", "spin_z")), (arm * part for part in normal)
-        speeds.append([part + turn for part, turn in zip(vector(of, ("vx", "vy", "vz")), (b * w - c * v, c * u - a * w, a * v - b * u))])
+    for grain, arm in zip(grains, (radii[0] - 0.5 * overlap, 0.5 * overlap - radii[1])):
+        (a, b, c), (u, v, w) = vector(grain, ("spin_x", "spin", "spin_z")), (arm * part for part in normal)
+        turn = (b * w - c * v, c * u - a * w, a * v - b * u)
+        speeds.append([one + other for one, other in zip(vector(grain, ("vx", "vy", "vz")), turn)])
     _, slip = granular.along(normal, [there - here for here, there in zip(*speeds)])
     push, sticking = granular.along(normal, force)
     materials = [run.classes.all[run.classes.of[at]][0] for at in (one, two)]
     k_s = solids.springs(*materials)[1] * math.sqrt(radii[0] * radii[1] / sum(radii) * overlap)
     c_s = 2.0 * ratios[0] * math.sqrt(masses[0] * masses[1] / sum(masses) * k_s)
-    spring = [of - c_s * part for of, part in zip(sticking, slip)]
+    spring = [part - c_s * speed for part, speed in zip(sticking, slip)]
     limit = abs(push) * solids.tangent(*materials)
     # The overlap is a small difference of lengths: its rounding is theirs.
     rounding = AT_LIMIT * (1.0 + distance / overlap)
     if abs(math.hypot(*spring) - limit) > rounding * max(limit, math.hypot(*sticking)):
         return told
-    return (one, two, *(push * n + of for n, of in zip(normal, spring)))
+    return (one, two, *(push * along + across for along, across in zip(normal, spring)))
 
 
 def push(job):

@@ -177,7 +177,8 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
     if !declared.are_usual() {
         let is_other = |choice: &Choice| {
             let is_found = choice.is_in(&found.rules) || is_between_grains(*choice, &found.rules);
-            !is_found && !found.also.contains(choice)
+            let is_asked = !found.unasked.contains(&choice.rule().key);
+            is_asked && !is_found && !found.also.contains(choice)
         };
         let others = names(&mut declared.choices().filter(is_other));
         said += &match others.is_empty() {
