@@ -40,7 +40,7 @@ pub const ALPHA: f64 = 0.2;
 /// Grains of the beds, quick and in full.
 const QUICK_GRAINS: u32 = 500;
 const FULL_GRAINS: u32 = 5000;
-const QUICK_SPHERES: u32 = 100;
+const QUICK_SPHERES: u32 = 150;
 const FULL_SPHERES: u32 = 200;
 const NATIVE: Runner = Runner::Native;
 
