@@ -17,7 +17,7 @@ pub mod parameters;
 mod rolling;
 pub mod run;
 mod sliding;
-mod spheres;
+pub(crate) mod spheres;
 mod statics;
 mod symmetry;
 

@@ -7,9 +7,14 @@ use crossgrain::checks::{Outcome, Tally, record::parse};
 use crossgrain::files::read_text;
 use crossgrain::limits::stability::failures::{MODES, small_bed};
 use crossgrain::limits::stability::scenes::{MapScene, crystal, small};
+use crossgrain::limits::stability::spheres;
 use crossgrain::limits::stability::trials::{Disturbed, Found};
 use crossgrain::limits::stability::{Map, Stability, spectrum::Network, time_step};
-use grains::scene::{Damping, TimeStep};
+use crossgrain::study::realization::bed_of;
+use grains::native::{linear, run_case};
+use grains::scene::{Damping, Rolling, TimeStep};
+use grains::task::Case;
+use grains::vector::{plus, times};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::support::*;
@@ -28,6 +33,7 @@ fn dense(network: &Network, stiffness: f64, damping: f64) -> DMatrix<f64> {
 
 fn scenes() -> Vec<(MapScene, Network)> {
     let mut scenes = small();
+    scenes.extend(spheres::small(4));
     scenes.push(crystal(6).expect("a crystal at rest"));
     let network = |scene: &MapScene| Network::of(&scene.case).expect("a network");
     let networks: Vec<Network> = scenes.iter().map(network).collect();
@@ -59,7 +65,7 @@ fn lanczos_finds_the_largest_eigenvalue_of_the_full_matrix_and_its_limit() {
 
 #[test]
 fn predicted_limits_are_those_of_the_closed_forms() {
-    for scene in small() {
+    for scene in small().into_iter().chain(spheres::small(7)) {
         let closed = scene.closed.as_ref().expect("a closed form");
         let network = Network::of(&scene.case).expect("a network");
         let off = network.limit(0.0).dt / closed.dt - 1.0;
@@ -92,6 +98,108 @@ fn the_network_is_the_derivative_of_the_forces() {
             }
         }
     }
+}
+
+/// Unequal spheres on a wall, nowhere near equilibrium: the network's K is what their forces change by.
+#[test]
+fn the_network_of_spheres_is_the_derivative_of_their_forces() {
+    let case = spheres::cluster();
+    let full = dense(&Network::of(&case).expect("a network"), 1.0, 0.0);
+    let forces = |case: &Case| {
+        let moments = run_case(case, None).expect("a start");
+        let bed = bed_of(&moments[0]);
+        let mut sums = vec![[0.0; 3]; bed.bodies.len()];
+        for (contact, force) in bed.forces() {
+            for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
+                if let Some(sum) = sums.get_mut(id as usize) {
+                    *sum = plus(*sum, times(sign, force));
+                }
+            }
+        }
+        sums
+    };
+    let mass = &case.bodies.mass;
+    let step = 1.0e-9;
+    for (grain, axis) in (0..mass.len()).flat_map(|grain| (0..3).map(move |axis| (grain, axis))) {
+        let moved = |by: f64| {
+            let mut case = case.clone();
+            let bodies = &mut case.bodies;
+            [&mut bodies.x, &mut bodies.y, &mut bodies.z][axis][grain] += by;
+            forces(&case)
+        };
+        let (ahead, behind) = (moved(step), moved(-step));
+        for (other, mass_of_other) in mass.iter().enumerate() {
+            for along in 0..3 {
+                let slope = (behind[other][along] - ahead[other][along]) / (2.0 * step);
+                let weighted = slope / (mass[grain] * mass_of_other).sqrt();
+                let here = full[(6 * other + along, 6 * grain + axis)];
+                near(weighted, here, 1.0e-5 * full.amax());
+            }
+        }
+    }
+}
+
+/// Two free spheres: along the normal 2k_n/m, sticking 7k_s/m, rolling and twisting against each other 2k/I.
+#[test]
+fn two_spheres_have_their_closed_forms() {
+    let limit = |case: &Case| Network::of(case).expect("a network").limit(0.0).dt;
+    let pair = |friction: f64, rolling: [f64; 2]| {
+        let mut case = spheres::pair(friction);
+        let [bending_stiffness, twisting_stiffness] = rolling;
+        case.model.law.contact.rolling = Some(Rolling {
+            bending_stiffness,
+            twisting_stiffness,
+            limit: None,
+        });
+        case
+    };
+    let (smooth, rough) = (pair(0.0, [0.0; 2]), pair(0.5, [0.0; 2]));
+    let contact = linear(&rough).expect("a contact")[0];
+    let (mass, inertia) = (rough.bodies.mass[0], rough.bodies.inertia[0]);
+    // Hertz's force is two thirds of its slope times the overlap, and Mindlin's spring is 2(1 − ν)/(2 − ν) of it.
+    near(
+        contact.force / (contact.k_n * contact.overlap),
+        2.0 / 3.0,
+        1.0e-12,
+    );
+    near(contact.k_s / contact.k_n, 1.4 / 1.7, 1.0e-12);
+    let stiff = 10.0 * contact.k_s * rough.bodies.radius[0].powi(2);
+    for (case, expected) in [
+        (smooth, 2.0 * (mass / (2.0 * contact.k_n)).sqrt()),
+        (rough, 2.0 * (mass / (7.0 * contact.k_s)).sqrt()),
+        (
+            pair(0.5, [stiff, 0.0]),
+            2.0 * (inertia / (2.0 * stiff)).sqrt(),
+        ),
+        (
+            pair(0.5, [0.0, stiff]),
+            2.0 * (inertia / (2.0 * stiff)).sqrt(),
+        ),
+    ] {
+        near(limit(&case) / expected, 1.0, 1.0e-3);
+    }
+}
+
+/// A bed of few soft spheres, with friction and moments: what is found is what was predicted, and a limit without the rotations' springs
+/// would not be.
+#[test]
+fn a_bed_of_spheres_is_stable_up_to_its_predicted_step() {
+    let made = &mut BTreeMap::new();
+    let mut limits = Vec::new();
+    for name in ["smooth-bed-1e6", "rough-bed-1e6", "rolling-bed-1e6"] {
+        let scene = spheres::named(name, 40, made)
+            .expect("a bed at rest")
+            .expect("a name");
+        let predicted = Network::of(&scene.case).expect("a network").limit(0.0).dt;
+        let random = Disturbed::at_random(&scene.case, scene.axes).expect("a disturbance");
+        let off = apart(random.undamped().expect("trials"), predicted);
+        assert!(off < 0.01, "{name}: {off}");
+        limits.push(predicted);
+    }
+    assert!(
+        limits[1] < 0.95 * limits[0] && limits[2] < 0.95 * limits[1],
+        "{limits:?}"
+    );
 }
 
 #[test]
@@ -260,11 +368,20 @@ fn a_run_says_what_came_of_it_and_has_a_page() {
 fn yade_proposes_by_its_formulas() {
     use crossgrain::engine::yade::{Options, propose};
     use crossgrain::limits::stability::time_step::by_formula;
-    let scenes = scenes();
-    let cases: Vec<_> = scenes.iter().map(|(scene, _)| &scene.case).collect();
     let work = &new_folder();
-    let (proposals, _) = propose(&cases, &Options::default(), work).expect("YADE answers");
-    for ((scene, _), of_yade) in scenes.iter().zip(proposals) {
+    let (space, plane): (Vec<_>, Vec<_>) = scenes()
+        .into_iter()
+        .map(|(scene, _)| scene)
+        .partition(|scene| scene.case.bodies.in_space());
+    // A job is of one kind.
+    let asked = [("plane", &plane), ("space", &space)].map(|(name, scenes)| {
+        let cases: Vec<_> = scenes.iter().map(|scene| &scene.case).collect();
+        let work = work.join(name);
+        fs::create_dir(&work).expect("a folder");
+        let (proposals, _) = propose(&cases, &Options::default(), &work).expect("YADE answers");
+        scenes.iter().zip(proposals)
+    });
+    for (scene, of_yade) in asked.into_iter().flatten() {
         let ours = by_formula(&scene.case).expect("the formulas");
         for (ours, yade) in [
             (ours.p_wave, of_yade.p_wave),

@@ -204,4 +204,5 @@ class TablesInSpace(model_in_yade.Tables):
 model_in_yade.ModelInYade = ModelInSpace
 model_in_yade.Tables = TablesInSpace
 KINDS = {"scene": "run_scene", "cases": "run_cases", "timing": "time_steps"}
-importlib.import_module(KINDS[read_json("job.json")["kind"]])
+job = read_json("job.json")
+importlib.import_module(job["settings"].get("script", KINDS[job["kind"]]))

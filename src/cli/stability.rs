@@ -21,7 +21,7 @@ use crate::workers::cores;
 #[command(
     after_help = "The same in shards, on a cluster or taken up again: crossgrain study plan stability. Where an engine is missing its \
     limits are skipped, and the exit code is 3.\n\nExamples:\n  \
-    crossgrain stability --quick\n  crossgrain stability --out stable\n  crossgrain stability --quick --engine \
+    crossgrain stability --quick\n  crossgrain stability --out stable\n  crossgrain stability --in-space --quick\n  crossgrain stability --quick --engine \
     exec:adapters/lammps.py\n  crossgrain run scene.json --engine native --auto-step --out run"
 )]
 pub struct Arguments {

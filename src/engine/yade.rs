@@ -398,6 +398,8 @@ fn start_cases(
     let yade = find(options.program.as_deref())?;
     let mut settings = options.settings();
     settings["loads_up_to"] = MOST_LOADED.into();
+    // In space the script that is started imports it.
+    settings["script"] = script.0.trim_end_matches(".py").into();
     exec::write_cases(work, cases, &settings)?;
     let in_space = cases.iter().any(|case| case.bodies.in_space());
     let scripts = scripts(script, in_space);

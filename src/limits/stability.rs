@@ -5,6 +5,7 @@ mod document;
 pub mod failures;
 pub mod scenes;
 pub mod spectrum;
+pub mod spheres;
 pub mod time_step;
 pub mod trials;
 
@@ -28,6 +29,7 @@ use failures::{Failure, MODES, Mode};
 use grains::native::NativeError;
 use scenes::{ClosedForm, MapScene, bed_scene};
 use spectrum::Network;
+use spheres::Spheres;
 use time_step::by_formula;
 use trials::{Disturbed, Found, Search, find_all};
 
@@ -38,6 +40,8 @@ pub const ALPHA: f64 = 0.2;
 /// Grains of the beds, quick and in full.
 const QUICK_GRAINS: u32 = 500;
 const FULL_GRAINS: u32 = 5000;
+const QUICK_SPHERES: u32 = 150;
+const FULL_SPHERES: u32 = 200;
 const NATIVE: Runner = Runner::Native;
 
 type Result<T, E = NativeError> = std::result::Result<T, E>;
@@ -53,7 +57,10 @@ pub struct Stability {
     /// Names of the failure modes that are tried in the native engine, and in YADE where that takes part and it is cheap.
     pub failures: Vec<String>,
     pub grains: u32,
-    /// Digest of the scene that the beds come from.
+    /// Whether the scenes are of spheres in space.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub in_space: bool,
+    /// Digest of the scene that the beds come from, in space the first.
     pub scene_digest: String,
     /// Beds that were made, which several tasks start from.
     #[serde(skip)]
@@ -86,17 +93,26 @@ pub enum Made {
 }
 
 impl Stability {
-    /// Every scene in these engines, and every failure mode where the native one takes part.
-    pub fn new(native: bool, external: Option<Runner>, quick: bool) -> Self {
-        let grains = if quick { QUICK_GRAINS } else { FULL_GRAINS };
-        let modes = MODES.iter().filter(|_| native);
+    /// Every scene in these engines, and in the plane every failure mode where the native one takes part.
+    pub fn new(native: bool, external: Option<Runner>, quick: bool, in_space: bool) -> Self {
+        let grains = match (in_space, quick) {
+            (false, true) => QUICK_GRAINS,
+            (false, false) => FULL_GRAINS,
+            (true, true) => QUICK_SPHERES,
+            (true, false) => FULL_SPHERES,
+        };
+        let modes = MODES.iter().filter(|_| native && !in_space);
         Stability {
             native,
             external,
-            scenes: scenes::names(),
+            scenes: match in_space {
+                true => spheres::names(quick),
+                false => scenes::names(),
+            },
             failures: modes.map(|mode| mode.name.to_owned()).collect(),
             grains,
-            scene_digest: bed_scene(grains).digest(),
+            in_space,
+            scene_digest: scene_digest(grains, in_space),
             beds: Mutex::default(),
         }
     }
@@ -129,6 +145,14 @@ impl Stability {
     }
 }
 
+fn scene_digest(grains: u32, in_space: bool) -> String {
+    let scene = match in_space {
+        true => spheres::bed_scene(grains, spheres::MODULI[0]),
+        false => bed_scene(grains),
+    };
+    scene.digest()
+}
+
 impl Study for Stability {
     const KIND: &'static str = "stability";
     type Row = Made;
@@ -138,7 +162,10 @@ impl Study for Stability {
     }
 
     fn check(&self) -> Result<(), String> {
-        let known = scenes::names();
+        let known = match self.in_space {
+            true => spheres::names(false),
+            false => scenes::names(),
+        };
         let strange = self.scenes.iter().find(|name| !known.contains(name));
         let strange =
             strange.or_else(|| self.failures.iter().find(|name| Mode::of(name).is_none()));
@@ -148,7 +175,7 @@ impl Study for Stability {
         if self.external.is_some_and(Runner::is_native) {
             return Err("the other engine is the native one".to_owned());
         }
-        if bed_scene(self.grains).digest() != self.scene_digest {
+        if scene_digest(self.grains, self.in_space) != self.scene_digest {
             return Err("the scene of the beds is not the one that was planned".to_owned());
         }
         Ok(())
@@ -275,6 +302,9 @@ pub struct Row {
     pub proposal_of_yade: Option<Proposal>,
     /// Why the external engine was not given this scene: a part that it lacks, or its own words.
     pub skipped: Option<String>,
+    /// What rules of thumb for spheres in space go by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spheres: Option<Spheres>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -337,6 +367,7 @@ impl SceneTrials {
                 proposal: by_formula(&scene.case)?,
                 proposal_of_yade: None,
                 skipped: None,
+                spheres: Spheres::of(&scene)?,
             },
             disturbed: [
                 Disturbed::at_random(&scene.case, scene.axes)?,

@@ -167,17 +167,17 @@ const PUBLISHED: [Published; 8] = [
 
 /// A sphere at the start.
 #[derive(Clone, Copy)]
-pub(super) struct Sphere {
+pub(crate) struct Sphere {
     place: Vector,
     velocity: Vector,
     spin: Vector,
-    radius: f64,
+    pub radius: f64,
     /// kg; the moment of inertia is that of a ball.
-    pub(super) mass: f64,
+    pub mass: f64,
 }
 
 impl Sphere {
-    pub(super) fn new(place: Vector, radius: f64, density: f64) -> Self {
+    pub(crate) fn new(place: Vector, radius: f64, density: f64) -> Self {
         Sphere {
             place,
             velocity: [0.0; 3],
@@ -185,6 +185,10 @@ impl Sphere {
             radius,
             mass: density * (4.0 / 3.0) * PI * radius.powi(3),
         }
+    }
+
+    pub(crate) fn at(self, place: Vector) -> Self {
+        Sphere { place, ..self }
     }
 
     pub(super) fn moving(self, velocity: Vector) -> Self {
@@ -365,7 +369,7 @@ fn at_walls(rules: Rules) -> f64 {
     }
 }
 
-pub(super) fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Law {
+pub(crate) fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f64) -> Law {
     let mut law = springs(modulus);
     law.poissons_ratio = Some(poissons_ratio);
     law.friction_angle = friction_angle;
@@ -374,7 +378,7 @@ pub(super) fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f
     law
 }
 
-pub(super) fn case(name: &str, model: Model, spheres: &[Sphere], moments: Vec<u64>) -> Case {
+pub(crate) fn case(name: &str, model: Model, spheres: &[Sphere], moments: Vec<u64>) -> Case {
     let column = |of: &dyn Fn(&Sphere) -> f64| spheres.iter().map(of).collect::<Vec<f64>>();
     let mut bodies = Bodies {
         x: column(&|of| of.place[0]),

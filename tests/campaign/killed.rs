@@ -157,7 +157,7 @@ fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() 
                 candidates::Plan { beds, ladders }
             });
             survives_kills(|| {
-                let mut map = Stability::new(true, None, true);
+                let mut map = Stability::new(true, None, true, false);
                 map.scenes.truncate(12);
                 map.failures.truncate(4);
                 map

@@ -10,12 +10,17 @@ use crossgrain::study::realization::Runner;
 use crate::support::*;
 use crate::tradeoff::tried;
 
-/// The map of the small scenes of these names in the engine: planned, run and reported as a study.
+/// The map of the small scenes of these names in the engine.
 fn map(options: &Options, names: &[&str]) -> Map {
     let engine = ExternalEngine::ask(options.clone()).expect("an engine");
-    let mut plan = Stability::new(false, Some(Runner::External), true);
+    let plan = Stability::new(false, Some(Runner::External), true, false);
+    map_of(plan, Some(engine), names)
+}
+
+/// Planned, run and reported as a study.
+fn map_of(mut plan: Stability, engine: Option<ExternalEngine>, names: &[&str]) -> Map {
     plan.scenes.retain(|name| names.contains(&name.as_str()));
-    let (_place, folder, ended) = tried(plan, Some(engine));
+    let (_place, folder, ended) = tried(plan, engine);
     ended.expect("trials");
     let study = StudyFolder::<Stability>::open(&folder).expect("a study");
     let report = study.judge().expect("a report");
@@ -49,6 +54,22 @@ fn limits_in_the_toy_are_the_predicted_ones() {
     let map = map(&options, &["one-contact", "grain-on-wall", "unequal-sizes"]);
     assert_eq!(map.rows.len(), 3);
     map.rows.iter().for_each(|row| is_as_predicted(&map, row));
+    assert_eq!(map.verdict(), Outcome::Pass);
+}
+
+/// Its own proposals too, which an engine that is given no spheres would not make.
+#[test]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
+fn limits_of_spheres_in_yade_are_the_predicted_ones() {
+    let plan = Stability::new(false, Some(Runner::YadeSorted), true, true);
+    let names = ["sticking-sphere", "rolling-sphere", "damped-sphere"];
+    let map = map_of(plan, None, &names);
+    assert_eq!(map.rows.len(), 3);
+    for row in &map.rows {
+        is_as_predicted(&map, row);
+        let of_yade = row.proposal_of_yade.expect("YADE proposes");
+        assert!((of_yade.p_wave / row.proposal.p_wave - 1.0).abs() < 1.0e-6);
+    }
     assert_eq!(map.verdict(), Outcome::Pass);
 }
 

@@ -32,10 +32,13 @@ pub use threads::Threads;
 use std::iter::repeat;
 
 use crate::constant::Given;
+use crate::reference::{Linear, Reference};
 use crate::tables::{Body, Memories, Snapshot, Stage};
 use crate::task::{Case, Effective, EffectiveContact, Load};
+use crate::variant::Variant;
 use dynamics::Dynamics;
 use neighbours::Skin;
+use state::{Constants, State};
 
 /// Skin over the largest radius; the bits do not depend on it.
 const SKIN_OVER_RADIUS: f64 = 0.1;
@@ -171,6 +174,16 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
         alpha: constants.alpha,
         dt: constants.dt,
     })
+}
+
+/// The contacts of a case at its start, for small displacements.
+pub fn linear(case: &Case) -> Result<Vec<Linear>, NativeError> {
+    let constants = Constants::new(&case.model, case.bodies.len() as u32);
+    let state = State::new(&case.bodies, case.punch, constants.kernel());
+    health::check(&state, &constants).map_err(failed(0))?;
+    let usual = Variant::default();
+    let written_out = Reference::new(&case.model, &case.bodies, case.punch, &usual);
+    Ok(written_out.linear())
 }
 
 fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {

@@ -4,6 +4,8 @@
 
 mod law;
 pub use law::{Parts, Told};
+mod linear;
+pub use linear::Linear;
 pub(crate) mod space;
 mod touch;
 

@@ -243,9 +243,12 @@ impl SearchArguments {
 /// What is mapped, and in which engines.
 #[derive(Debug, Args)]
 pub struct MapArguments {
-    /// Beds of 500 grains instead of 5,000
+    /// Beds of 500 grains instead of 5,000; in space fewer and smaller ones
     #[arg(long)]
     quick: bool,
+    /// Spheres with Hertz's springs: which shares of the Rayleigh time and of YADE's PWaveTimeStep are stable at which overlaps
+    #[arg(long)]
+    in_space: bool,
     /// native, yade or both; or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
     #[arg(long, default_value = "both", value_parser = several)]
     engine: Several,
@@ -264,7 +267,8 @@ impl MapArguments {
             _ => None,
         };
         let native = self.engine.contains(&Named::Native);
-        Ok((Stability::new(native, external, self.quick), program))
+        let plan = Stability::new(native, external, self.quick, self.in_space);
+        Ok((plan, program))
     }
 }
 

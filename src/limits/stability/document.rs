@@ -1,7 +1,8 @@
 //! The map for people.
 
+use super::spheres::{Bearing, Spheres};
 use super::{ALLOWED, Limits, Map, Row};
-use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Style, Table};
 use crate::engine::yade::Proposal;
 
 use super::trials::Found;
@@ -52,6 +53,9 @@ impl Map {
             .with(self.choices_table())
             .with(self.choices_plot()),
         ];
+        if let Some(section) = self.rules_of_thumb() {
+            sections.insert(0, section);
+        }
         if !self.failures.is_empty() {
             let answer = "Each was tried. None hangs, and none leaves a number that is not finite in a result.";
             sections
@@ -60,6 +64,97 @@ impl Map {
         let made = format!("Beds of the scene with digest {}.", self.scene_digest);
         sections.push(Section::new("How this was made", made).as_details());
         sections
+    }
+
+    /// Rows of spheres in space, with what rules of thumb go by.
+    fn spheres(&self) -> impl Iterator<Item = (&Row, &Spheres)> + Clone {
+        let rows = self.rows.iter();
+        rows.filter_map(|row| Some((row, row.spheres.as_ref()?)))
+    }
+
+    /// Limits over the Rayleigh time, none where nothing is in space.
+    fn rules_of_thumb(&self) -> Option<Section> {
+        let beds = self
+            .spheres()
+            .filter(|(_, spheres)| spheres.bearing.is_some());
+        let (row, spheres) = beds.min_by(|(a, at), (b, bt)| {
+            let shares = [a.share(at), b.share(bt)];
+            shares[0].total_cmp(&shares[1])
+        })?;
+        let answer = format!(
+            "A step is often taken as a share of the Rayleigh time π R √(ρ/G)/(0.1631 ν + 0.8766), which knows no overlap. Here the smallest \
+             stable share is {:.3}, of {} at a mean overlap of {:.3} R; Cundall's damping with α = {} lowers it to {:.3}. The limit falls with the \
+             fourth root of the overlap. YADE's PWaveTimeStep is {:.3} of the Rayleigh time.",
+            row.share(spheres),
+            row.title,
+            spheres.overlap,
+            row.damped.alpha,
+            row.damped.predicted / spheres.rayleigh,
+            row.choice().p_wave / spheres.rayleigh,
+        );
+        let section = Section::new("Rules of thumb", answer);
+        Some(section.with(self.shares_table()).with(self.shares_plot()))
+    }
+
+    fn shares_table(&self) -> Table {
+        let name = self.external_name();
+        let over_rayleigh = |found: Option<Found>, spheres: &Spheres| {
+            found.map(|found| found.limit() / spheres.rayleigh)
+        };
+        let title = "Limits over the Rayleigh time of the smallest sphere";
+        let table = Table::of("stability-shares", title, self.spheres())
+            .column("scene", |(row, _)| Cell::Code(row.name.clone()))
+            .column("mean overlap, R", |(_, spheres)| spheres.overlap)
+            .column("largest overlap, R", |(_, spheres)| spheres.largest_overlap)
+            .column("predicted", |(row, spheres)| row.share(spheres))
+            .column("native", |(row, spheres)| {
+                over_rayleigh(row.undamped.native, spheres)
+            })
+            .column(name, |(row, spheres)| {
+                over_rayleigh(row.undamped.external, spheres)
+            })
+            .column("predicted with damping", |(row, spheres)| {
+                row.damped.predicted / spheres.rayleigh
+            })
+            .column("limit over PWaveTimeStep", |(row, _)| {
+                row.undamped.predicted / row.choice().p_wave
+            });
+        Table::from(table).without_empty_columns()
+    }
+
+    /// Lines as predicted, marks as found.
+    fn shares_plot(&self) -> Plot {
+        let mut plot = Plot::new(
+            "stability-shares",
+            "Largest stable steps of beds of spheres: lines as predicted, dots as found in native, circles in the other engine. A step above a \
+             bed's line is unstable; the levels are rules of thumb.",
+            Axis::logarithmic("mean overlap over R"),
+            Axis::logarithmic("largest stable step over the Rayleigh time"),
+        );
+        for (bearing, colour) in Bearing::ALL.into_iter().zip(Colour::OF_LINES) {
+            let beds = self
+                .spheres()
+                .filter(move |(_, spheres)| spheres.bearing == Some(bearing));
+            let at = |(row, spheres): (&Row, &Spheres)| [spheres.overlap, row.share(spheres)];
+            let found = |limit: fn(&Limits) -> Option<Found>| {
+                beds.clone().filter_map(move |(row, spheres)| {
+                    let share = limit(&row.undamped)?.limit() / spheres.rayleigh;
+                    Some(Point::at(spheres.overlap, share))
+                })
+            };
+            let mut line: Vec<[f64; 2]> = beds.clone().map(at).collect();
+            line.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            plot = plot
+                .line(bearing.words()[1], colour, line)
+                .points("", colour, found(|limits| limits.native))
+                .group("", colour, Style::Hollow, found(|limits| limits.external));
+        }
+        let of_yade = self
+            .spheres()
+            .map(|(row, spheres)| row.choice().p_wave / spheres.rayleigh);
+        let of_yade = of_yade.fold(f64::INFINITY, f64::min);
+        plot.level("PWaveTimeStep of YADE", Colour::Grey, of_yade)
+            .level("0.4 of the Rayleigh time", Colour::Sky, 0.4)
     }
 
     /// The largest |found/predicted − 1|.
@@ -205,6 +300,11 @@ const CHOICES: [Choice; 3] = [
 ];
 
 impl Row {
+    /// Of the Rayleigh time.
+    fn share(&self, spheres: &Spheres) -> f64 {
+        self.undamped.predicted / spheres.rayleigh
+    }
+
     fn choice(&self) -> &Proposal {
         self.proposal_of_yade.as_ref().unwrap_or(&self.proposal)
     }

@@ -6,6 +6,7 @@ use std::f64::consts::{PI, SQRT_2};
 use serde::{Deserialize, Serialize};
 
 use super::Result;
+use super::spheres::{self, Bearing};
 use crate::study::realization::bed_of;
 use crate::suite::{self, Grain};
 use crate::workers::asked_to_end;
@@ -46,8 +47,10 @@ pub struct MapScene {
     pub title: String,
     /// In equilibrium, at rest.
     pub case: Case,
-    /// Along which axes it is disturbed. A row of grains under load would buckle sideways.
-    pub axes: [bool; 2],
+    /// Along which of x, y and z it is disturbed. A row of grains under load would buckle sideways.
+    pub axes: [bool; 3],
+    /// What the contacts of a bed of spheres bear.
+    pub bearing: Option<Bearing>,
     /// The largest stable step without damping, if it has a closed form.
     pub closed: Option<ClosedForm>,
     /// What a reader should know of it; may be empty.
@@ -65,18 +68,19 @@ pub struct ClosedForm {
 }
 
 impl MapScene {
-    fn new(name: &str, title: &str, case: Case) -> Self {
+    pub(super) fn new(name: &str, title: &str, case: Case) -> Self {
         MapScene {
             name: name.to_owned(),
             title: title.to_owned(),
             case,
-            axes: [true; 2],
+            axes: [true; 3],
+            bearing: None,
             closed: None,
             remark: String::new(),
         }
     }
 
-    fn with_limit(mut self, dt: f64, formula: &str) -> Self {
+    pub(super) fn with_limit(mut self, dt: f64, formula: &str) -> Self {
         self.closed = Some(ClosedForm {
             dt,
             formula: formula.to_owned(),
@@ -85,20 +89,30 @@ impl MapScene {
         self
     }
 
-    fn along(mut self, axes: [bool; 2]) -> Self {
+    pub(super) fn along(mut self, axes: [bool; 3]) -> Self {
         self.axes = axes;
         self
     }
 
-    fn with_remark(mut self, remark: &str) -> Self {
+    /// With a closed form that leaves so much out, relative.
+    pub(super) fn within(mut self, tolerance: f64) -> Self {
+        if let Some(closed) = &mut self.closed {
+            closed.tolerance = tolerance;
+        }
+        self
+    }
+
+    pub(super) fn with_remark(mut self, remark: &str) -> Self {
         remark.clone_into(&mut self.remark);
         self
     }
 }
 
 const CRYSTAL_ROWS: usize = 12;
+pub(super) const CRYSTAL_REMARK: &str =
+    "walls hold a crystal less than more crystal would, so its limit is a little above";
 
-/// The names of all scenes, from the simplest up.
+/// The names of all scenes in the plane, from the simplest up.
 pub fn names() -> Vec<String> {
     let small = small().into_iter().map(|scene| scene.name);
     let large = ["hexagonal-crystal"].into_iter().chain(BEDS);
@@ -107,7 +121,11 @@ pub fn names() -> Vec<String> {
 
 /// The scene of this name, beds with so many grains; `made` keeps beds that were made. A name that is none is the dense bed's.
 pub fn of(name: &str, grains: u32, made: &mut BTreeMap<String, MapScene>) -> Result<MapScene> {
-    match small().into_iter().find(|scene| scene.name == name) {
+    let small = small().into_iter().find(|scene| scene.name == name);
+    match small.map_or_else(
+        || spheres::named(name, grains, made),
+        |scene| Ok(Some(scene)),
+    )? {
         Some(scene) => Ok(scene),
         None if name == "hexagonal-crystal" => crystal(CRYSTAL_ROWS),
         None => bed(name, grains, made),
@@ -153,13 +171,13 @@ fn gravity(mass: f64) -> f64 {
 }
 
 /// Largest of the two eigenvalues of [[a, b], [b, c]].
-fn larger(a: f64, b: f64, c: f64) -> f64 {
+pub(super) fn larger(a: f64, b: f64, c: f64) -> f64 {
     let half = 0.5 * (a - c);
     0.5 * (a + c) + (half * half + b * b).sqrt()
 }
 
 /// The largest stable step of an oscillator with damping ratio ζ, s.
-fn damped_limit(omega: f64, ratio: f64) -> f64 {
+pub(super) fn damped_limit(omega: f64, ratio: f64) -> f64 {
     2.0 / omega * ((1.0 + ratio * ratio).sqrt() - ratio)
 }
 
@@ -181,7 +199,7 @@ fn one_contact() -> MapScene {
             2.0 / omega,
             "2/ω, ω² the larger root of (2k/M − ω²)(k/m − ω²) = k²/(mM), M = 100 m",
         )
-        .along([false, true])
+        .along([false, false, true])
         .with_remark(
             "two free grains cannot be held in contact, so the lower one is a hundred times heavier and rests on the floor",
         )
@@ -244,7 +262,7 @@ fn chain(count: usize, ratio: f64) -> MapScene {
         MapScene::new("chain", &title, of_law(suite::springs(MODULUS)))
             .with_limit(2.0 / omega, "2/ω, ω = 2√(k/m) sin(Nπ/(2N+2))")
     };
-    scene.along([true, false])
+    scene.along([true, false, false])
 }
 
 /// A small grain between two large ones between two walls: the small one moves against both, or the large ones
@@ -270,7 +288,7 @@ fn unequal_sizes() -> MapScene {
     let formula = "2/ω, ω² the larger root of ((K+k)/M − ω²)(2k/m − ω²) = 2k²/(mM)";
     MapScene::new("unequal-sizes", title, case)
         .with_limit(2.0 / square.sqrt(), formula)
-        .along([true, false])
+        .along([true, false, false])
 }
 
 /// A grain in the corner of floor and wall, held there by the corner of the punch.
@@ -311,15 +329,10 @@ pub fn crystal(rows: usize) -> Result<MapScene> {
     let case = rested("a crystal", &laid.model, &laid.bodies, None)?;
     let title = format!("{rows} by {rows} equal grains in a hexagonal crystal between four walls");
     let limit = 2.0 / (6.0 * MODULUS * RADIUS / mass).sqrt();
-    let mut scene = MapScene::new("hexagonal-crystal", &title, case)
+    Ok(MapScene::new("hexagonal-crystal", &title, case)
         .with_limit(limit, "2√(m/6k), of the endless crystal")
-        .with_remark(
-            "walls hold a crystal less than more crystal would, so its limit is a little above",
-        );
-    if let Some(closed) = &mut scene.closed {
-        closed.tolerance = 0.01;
-    }
-    Ok(scene)
+        .with_remark(CRYSTAL_REMARK)
+        .within(0.01))
 }
 
 /// The paper's scene with so many grains; a few stand in a narrower box, so that the bed is about as deep as
@@ -372,7 +385,7 @@ fn bed(name: &str, grains: u32, made: &mut BTreeMap<String, MapScene>) -> Result
     Ok(bed)
 }
 
-fn poured(scene: &Scene) -> Result<Bodies> {
+pub(super) fn poured(scene: &Scene) -> Result<Bodies> {
     let task = Task::settle(initial_bodies(scene));
     let outcome = native::run(scene, &task, &Options::default(), &mut ())?;
     Ok(outcome.last.bodies)
@@ -424,6 +437,8 @@ pub fn rested(name: &str, model: &Model, bodies: &Bodies, punch: Option<Punch>) 
         model: smooth,
         bodies: Bodies {
             spin: Vec::new(),
+            spin_x: Vec::new(),
+            spin_z: Vec::new(),
             inertia: Vec::new(),
             ..bodies.clone()
         },
@@ -440,6 +455,7 @@ pub fn rested(name: &str, model: &Model, bodies: &Bodies, punch: Option<Punch>) 
     })?;
     if rests {
         (last.spin, last.inertia) = (bodies.spin.clone(), bodies.inertia.clone());
+        (last.spin_x, last.spin_z) = (bodies.spin_x.clone(), bodies.spin_z.clone());
         return Ok(still(name, model.clone(), last, punch));
     }
     let steps = MOST_RESTING_STEPS;
@@ -453,9 +469,10 @@ pub fn rested(name: &str, model: &Model, bodies: &Bodies, punch: Option<Punch>) 
 
 /// Bodies as they stand, at rest.
 pub fn still(name: &str, model: Model, mut bodies: Bodies, punch: Option<Punch>) -> Case {
-    bodies.vx.fill(0.0);
-    bodies.vz.fill(0.0);
-    bodies.spin.fill(0.0);
+    let velocities = [&mut bodies.vx, &mut bodies.vy, &mut bodies.vz];
+    let spins = [&mut bodies.spin_x, &mut bodies.spin, &mut bodies.spin_z];
+    let columns = velocities.into_iter().chain(spins);
+    columns.for_each(|column| column.fill(0.0));
     Case {
         name: name.to_owned(),
         model,

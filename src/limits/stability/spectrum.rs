@@ -1,17 +1,19 @@
 //! The largest stable step that the contacts predict: K, C and M of the linearised problem M ü + C u̇ + K u = 0, never
 //! assembled into a matrix, and their largest eigenvalue by Lanczos iteration.
 //!
-//! The degrees of freedom of grain i are 3i (x), 3i+1 (z) and 3i+2 (angle about y); grains that do not
-//! rotate keep the third one without any spring. Of a contact with normal n, t = (−n_z, n_x) and overlap u_n:
+//! The degrees of freedom of a grain are x, z and the angle about y in the plane, and in space three places and three angles;
+//! grains that do not rotate keep their angles without any spring. Of a contact with normal n and overlap u_n, springs taken about where it
+//! stands:
 //!
-//! - its normal spring gives k_n n⊗n, its dashpot c_n n⊗n;
-//! - its pre-stress gives −(F_n/d) t⊗t, with d between the two points that turn about each other: the
+//! - its normal spring gives k_n n⊗n, its dashpot c_n n⊗n; Hertz's spring has the slope k_n = dF/du;
+//! - its pre-stress gives −(F_n/d) across n, with d between the two points that turn about each other: the
 //!   centres, or the grain's centre and the punch's corner. It is smaller than k_n by u_n/d;
-//! - a sticking tangential spring gives s k_s g⊗g, g the slip of both sides: t and the arms of the torques.
-//!   s = (R_1 + R_2)/(R_1 + R_2 − u_n) where slip is corrected for ratcheting, else 1.
+//! - a sticking tangential spring gives s k_s along both tangents t, of the slip of both sides: t and the arms of the torques;
+//!   its dashpot the same with c_s. s = (R_1 + R_2)/(R_1 + R_2 − u_n) where slip is corrected for ratcheting, else 1;
+//! - resistance to rolling and twisting gives its constants, of the angles of one grain against the other.
 //!
-//! Left out: that shear forces turn with the normal (smaller by S/(k_n d)), and that the ratcheting
-//! correction makes K unsymmetric where radii differ (smaller by u_n/R).
+//! Left out: that shear forces turn with the normal (smaller by S/(k_n d)), and what makes K unsymmetric where the arms of slip and torque
+//! differ (smaller by the square of u_n/R).
 //!
 //! The engines step x_{n+1} − 2x_n + x_{n−1} + dt M⁻¹C (x_n − x_{n−1}) + dt² M⁻¹K x_n = 0: leapfrog,
 //! with velocities half a step behind in the dashpots. A solution that turns its sign with every step,
@@ -32,11 +34,11 @@ use rand_core::SeedableRng;
 
 use super::Result;
 use grains::generate::symmetric;
-use grains::model::Law;
-use grains::native::{CaseOptions, effective, watch_case};
-use grains::scene::{SlipVelocity, TorqueArms};
-use grains::tables::{BodyIds, Contact, Snapshot};
-use grains::task::{Case, Effective, EffectiveContact};
+use grains::native::linear;
+use grains::reference::Linear;
+use grains::tables::{Bodies, Body};
+use grains::task::Case;
+use grains::vector::{Vector, cross, dot as along, minus, plus, times};
 
 /// Relative error of the largest eigenvalue at which iteration ends.
 const TOLERANCE: f64 = 1.0e-6;
@@ -54,22 +56,19 @@ const MOST_REFINEMENTS: usize = 60;
 struct Link {
     /// Both grains; none for a wall or the punch.
     grains: [Option<usize>; 2],
-    normal: [f64; 2],
-    /// N/m; N·s/m.
-    k_n: f64,
-    c_n: f64,
-    /// s·k_s, N/m.
-    k_s: f64,
+    contact: Linear,
+    /// s·k_s and s·c_s where it sticks, N/m and N·s/m.
+    sticking: [f64; 2],
     /// F_n/d, N/m.
     pre_stress: f64,
-    /// Lever arms of the tangential force on both sides, m.
-    arms: [f64; 2],
 }
 
 /// The linearised scene at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Network {
     links: Vec<Link>,
+    /// Of each grain, as [`freedoms`] has them.
+    freedoms: &'static [usize],
     /// 1/√mass or 1/√inertia of each degree of freedom; zero for one that does not move.
     weights: Vec<f64>,
 }
@@ -98,45 +97,36 @@ pub struct Limit {
     pub residual: f64,
 }
 
-/// The parameters that the native engine says it uses for a case, and the case as it starts.
-pub(super) fn at_start(case: &Case) -> Result<(Effective, Option<Snapshot>)> {
-    debug_assert_eq!(case.moments.first(), Some(&0));
-    // One after the other, so that a large bed is not held twice.
-    let parameters = effective(case, None)?;
-    let mut start = None;
-    watch_case(case, &CaseOptions::default(), &mut |snapshot| {
-        start = Some(snapshot);
-        false
-    })?;
-    Ok((parameters, start))
+/// What moves of these grains: x, y, z are 0, 1, 2, and the angles about them 3, 4, 5.
+pub(super) fn freedoms(bodies: &Bodies) -> &'static [usize] {
+    match bodies.in_space() {
+        true => &[0, 1, 2, 3, 4, 5],
+        false => &[0, 2, 4],
+    }
 }
 
 impl Network {
-    /// The network of a case at its start, with the parameters that the native engine says it uses.
+    /// The network of a case at its start.
     pub fn of(case: &Case) -> Result<Self> {
-        let (parameters, start) = at_start(case)?;
-        let law = &case.model.law;
-        let mut weights = vec![0.0; 3 * case.bodies.len()];
-        for (id, mass) in case.bodies.mass.iter().enumerate() {
-            weights[3 * id] = 1.0 / mass.sqrt();
-            weights[3 * id + 1] = weights[3 * id];
-            if law.rotates()
-                && let Some(inertia) = case.bodies.inertia.get(id)
-            {
-                weights[3 * id + 2] = 1.0 / inertia.sqrt();
-            }
-        }
-        let links = start.iter().flat_map(|start| {
-            let contacts = start.contacts.iter().zip(&parameters.contacts);
-            contacts.map(|(contact, effective)| Link::of(law, contact, effective, start))
-        });
+        let (law, bodies) = (&case.model.law, &case.bodies);
+        let freedoms = freedoms(bodies);
+        let weight = |id: usize, freedom: usize| {
+            let inert = match freedom < 3 {
+                true => bodies.mass.get(id),
+                false => bodies.inertia.get(id).filter(|_| law.rotates()),
+            };
+            inert.map_or(0.0, |inert| 1.0 / inert.sqrt())
+        };
+        let grains = 0..bodies.len();
+        let weights = grains.flat_map(|id| freedoms.iter().map(move |axis| weight(id, *axis)));
         Ok(Network {
-            links: links.collect(),
-            weights,
+            links: linear(case)?.into_iter().map(Link::from).collect(),
+            freedoms,
+            weights: weights.collect(),
         })
     }
 
-    /// Number of degrees of freedom, three a grain.
+    /// Number of degrees of freedom of all grains.
     pub fn freedoms(&self) -> usize {
         self.weights.len()
     }
@@ -149,31 +139,55 @@ impl Network {
     pub fn apply(&self, stiffness: f64, damping: f64, x: &DVector<f64>) -> DVector<f64> {
         let mut y = DVector::zeros(x.len());
         for link in &self.links {
-            let [nx, nz] = link.normal;
-            let [one, two] = link.grains.map(|grain| {
-                grain.map_or([0.0; 3], |grain| {
-                    [0, 1, 2].map(|axis| x[3 * grain + axis] * self.weights[3 * grain + axis])
-                })
-            });
-            let apart = [two[0] - one[0], two[1] - one[1]];
-            let along = apart[0] * nx + apart[1] * nz;
-            let across = -apart[0] * nz + apart[1] * nx;
-            // A spin turns the surface of grain 1 at its arm along n by −t, of grain 2 at −n by +t.
-            let slip = across + link.arms[0] * one[2] + link.arms[1] * two[2];
-            let normal = (stiffness * link.k_n + damping * link.c_n) * along;
-            let sticking = stiffness * link.k_s * slip;
-            let across = sticking - stiffness * link.pre_stress * across;
-            let force = [normal * nx - across * nz, normal * nz + across * nx];
-            for ((grain, arm), sign) in link.grains.iter().zip(link.arms).zip([-1.0, 1.0]) {
-                let Some(at) = grain.map(|grain| 3 * grain) else {
-                    continue;
-                };
-                y[at] += sign * force[0] * self.weights[at];
-                y[at + 1] += sign * force[1] * self.weights[at + 1];
-                y[at + 2] += arm * sticking * self.weights[at + 2];
+            let Linear { normal, arms, .. } = link.contact;
+            let [one, two] = link.grains.map(|grain| self.motion(x, grain));
+            let apart = minus(two[0], one[0]);
+            let closing = along(apart, normal);
+            let across = minus(apart, times(closing, normal));
+            // A spin turns the surface of grain 1 at its arm along n, of grain 2 at −n.
+            let turning = plus(times(arms[0], one[1]), times(arms[1], two[1]));
+            let slip = minus(across, cross(turning, normal));
+            let [k_s, c_s] = link.sticking;
+            let normal_force =
+                (stiffness * link.contact.k_n + damping * link.contact.c_n) * closing;
+            let sticking = times(stiffness * k_s + damping * c_s, slip);
+            let bent = times(-stiffness * link.pre_stress, across);
+            let force = plus(times(normal_force, normal), plus(sticking, bent));
+            let turn = cross(normal, sticking);
+            let rolling = minus(two[1], one[1]);
+            let twist = times(along(rolling, normal), normal);
+            let moment = plus(
+                times(stiffness * link.contact.bending, minus(rolling, twist)),
+                times(stiffness * link.contact.twisting, twist),
+            );
+            for ((grain, arm), sign) in link.grains.iter().zip(arms).zip([-1.0, 1.0]) {
+                let torque = minus(times(sign, moment), times(arm, turn));
+                self.push(&mut y, *grain, [times(sign, force), torque]);
             }
         }
         y
+    }
+
+    /// How a grain moves along its own degrees of freedom, places and angles.
+    fn motion(&self, x: &DVector<f64>, grain: Option<usize>) -> [Vector; 2] {
+        let mut motion = [[0.0; 3]; 2];
+        let Some(first) = grain.map(|grain| grain * self.freedoms.len()) else {
+            return motion;
+        };
+        for (at, freedom) in (first..).zip(self.freedoms) {
+            motion[freedom / 3][freedom % 3] = x[at] * self.weights[at];
+        }
+        motion
+    }
+
+    /// Adds force and torque to a grain's own.
+    fn push(&self, y: &mut DVector<f64>, grain: Option<usize>, load: [Vector; 2]) {
+        let Some(first) = grain.map(|grain| grain * self.freedoms.len()) else {
+            return;
+        };
+        for (at, freedom) in (first..).zip(self.freedoms) {
+            y[at] += load[freedom / 3][freedom % 3] * self.weights[at];
+        }
     }
 
     /// The largest eigenvalue of M^(−1/2)(stiffness·K + damping·C)M^(−1/2). Lanczos from a fixed random vector,
@@ -206,7 +220,7 @@ impl Network {
             vectors: springs.vectors,
             residual: springs.residual / springs.value,
         };
-        if omega == 0.0 || self.links.iter().all(|link| link.c_n <= 0.0) {
+        if omega == 0.0 || self.links.iter().all(|link| link.contact.c_n <= 0.0) {
             return limit;
         }
         for _ in 0..MOST_REFINEMENTS {
@@ -306,47 +320,30 @@ impl Network {
     }
 }
 
-impl Link {
-    fn of(law: &Law, contact: &Contact, effective: &EffectiveContact, moment: &Snapshot) -> Self {
-        let bodies = &moment.bodies;
-        let ids = BodyIds {
-            grains: bodies.len() as u32,
-            walls: 0,
+impl From<Linear> for Link {
+    fn from(contact: Linear) -> Self {
+        let is_grain = contact.first == Body::Grain;
+        let [radius1, radius2] = contact.radii;
+        // Flat sides have normals along an axis, and do not turn.
+        let edged = contact.normal.iter().filter(|n| **n != 0.0).count() > 1;
+        let distance = match contact.first {
+            Body::Grain => Some(radius1 + radius2 - contact.overlap),
+            Body::Punch if edged => Some(radius2 - contact.overlap),
+            _ => None,
         };
-        let two = contact.id2 as usize;
-        let one = ids.is_grain(contact.id1).then_some(contact.id1 as usize);
-        let centre = |grain: usize| [bodies.x[grain], bodies.z[grain]];
-        let radius2 = bodies.radius[two];
-        let radius1 = one.map_or(radius2, |one| bodies.radius[one]);
-        let touching = radius1 + radius2;
-        // Flat sides have normals along an axis.
-        let is_corner = one.is_none() && contact.normal.iter().all(|n| *n != 0.0);
-        let corner = is_corner.then_some(radius2 - contact.overlap);
-        // What turns about what; flat sides do not turn.
-        let distance = one.map_or(corner, |_| Some(touching - contact.overlap));
-        let corrected = law.contact.slip_velocity == SlipVelocity::RatchetingCorrected;
-        let stretch = if corrected && corner.is_none() {
-            touching / (touching - contact.overlap)
-        } else {
-            1.0
-        };
-        let arm = |radius: f64, centre: [f64; 2]| match law.contact.torque_arms {
-            _ if !law.rotates() => 0.0,
-            TorqueArms::HalfOverlap => radius - 0.5 * contact.overlap,
-            TorqueArms::ContactPoint => {
-                (contact.point[0] - centre[0]).hypot(contact.point[1] - centre[1])
-            }
-        };
-        let of_one = one.map_or(0.0, |one| arm(radius1, centre(one)));
+        let sticking = [contact.k_s, contact.c_s].map(|along| match contact.sticks {
+            true => contact.stretch * along,
+            false => 0.0,
+        });
         Link {
-            grains: [one, Some(two)],
-            normal: contact.normal,
-            k_n: effective.k_n,
-            c_n: effective.c_n,
-            k_s: stretch * effective.k_s.unwrap_or(0.0),
+            grains: [
+                is_grain.then_some(contact.ids.0 as usize),
+                Some(contact.ids.1 as usize),
+            ],
+            contact,
+            sticking,
             // The spring's own share: a dashpot at work is no pre-stress.
-            pre_stress: distance.map_or(0.0, |distance| effective.k_n * contact.overlap / distance),
-            arms: [of_one, arm(radius2, centre(two))],
+            pre_stress: distance.map_or(0.0, |distance| contact.force / distance),
         }
     }
 }

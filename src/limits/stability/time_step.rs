@@ -6,7 +6,7 @@
 
 use super::Result;
 use super::scenes::{rested, still};
-use super::spectrum::{Network, at_start};
+use super::spectrum::Network;
 use super::trials::Disturbed;
 use crate::engine::yade::Proposal;
 use crate::run::folder::RunFolder;
@@ -15,7 +15,7 @@ use grains::generate::initial_bodies;
 use grains::model::{Model, damping_ratio};
 use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{Scene, TimeStep, Viscosity};
-use grains::tables::{Bodies, BodyIds, Snapshot, Stage};
+use grains::tables::{Bodies, Snapshot, Stage};
 use grains::task::{Case, Observer, Task};
 
 /// The share of the limit that is taken if none is named; `docs/stability.md` has the evidence.
@@ -106,10 +106,6 @@ pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>> {
 
 /// The largest [`share_of_limit`] of a run's beds.
 pub fn largest_share(run: &RunFolder) -> Result<Option<f64>> {
-    // The limit is that of linear springs in the plane.
-    if run.scene.in_space() {
-        return Ok(None);
-    }
     let last = run.record.stages.last();
     let last = last.map_or(Stage::Settle, |record| record.stage);
     let settled = run.settled.iter().map(|bed| (bed, Stage::Settle));
@@ -215,7 +211,7 @@ fn trial(scene: &Scene, probe: f64, settled: &Snapshot) -> Result<Option<StepTri
         case => case?,
     };
     let predicted = Network::of(&case)?.limit(0.0).dt;
-    let found = Disturbed::at_random(&case, [true; 2])?.undamped()?;
+    let found = Disturbed::at_random(&case, [true; 3])?.undamped()?;
     Ok(found.map(|found| StepTrial {
         predicted,
         stable: found.stable,
@@ -232,40 +228,33 @@ const SAFETY: f64 = 0.8;
 /// PWave: min R√(ρ/E) with ρ the mass over the volume 4/3πR³ of a ball. GlobalStiffness: per grain and axis
 /// K = Σ[(k_n − k_s)n_a² + k_s], about each axis K = Σ k_s R²(1 − n_a²), both over contacts under load;
 /// dt = 1.41044·0.8·√(min(m/K, I/K)), with dashpots no more than 2·0.8·m/C. A material without friction
-/// still has a k_s here.
+/// still has a k_s here, and no resistance to rolling counts.
 pub fn by_formula(case: &Case) -> Result<Proposal> {
-    let (parameters, start) = at_start(case)?;
-    let contacts = start.iter().flat_map(|moment| &moment.contacts);
-    let bodies = &case.bodies;
-    let law = &case.model.law;
-    let ids = BodyIds {
-        grains: bodies.len() as u32,
-        walls: 0,
-    };
+    let (bodies, ids) = (&case.bodies, case.ids());
     // Of each grain: K along the axes, K about the axes, C.
     let mut sums = vec![[0.0; 7]; bodies.len()];
-    for (contact, effective) in contacts.zip(&parameters.contacts) {
-        if contact.normal_force == 0.0 {
+    for contact in native::linear(case)? {
+        if contact.force == 0.0 {
             continue;
         }
-        let k_s = effective.k_s.unwrap_or(effective.k_n * law.stiffness_ratio);
-        let squares = [contact.normal[0], 0.0, contact.normal[1]].map(|n| n * n);
-        let both = [contact.id1, contact.id2].into_iter();
+        let squares = contact.normal.map(|n| n * n);
+        let both = [contact.ids.0, contact.ids.1].into_iter();
         for id in both.filter(|id| ids.is_grain(*id)) {
             let radius = bodies.radius[id as usize];
             let sums = &mut sums[id as usize];
             for axis in 0..3 {
-                sums[axis] += (effective.k_n - k_s) * squares[axis] + k_s;
+                let k_s = contact.k_s;
+                sums[axis] += (contact.k_n - k_s) * squares[axis] + k_s;
                 sums[3 + axis] += k_s * radius * radius * (1.0 - squares[axis]);
             }
-            sums[6] += effective.c_n;
+            sums[6] += contact.c_n;
         }
     }
     let [mut p_wave, mut square, mut viscous] = [f64::INFINITY; 3];
     for (id, sums) in sums.iter().enumerate() {
         let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
         let volume = 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius;
-        p_wave = p_wave.min(radius * (mass / volume / law.modulus).sqrt());
+        p_wave = p_wave.min(radius * (mass / volume / case.model.law.modulus).sqrt());
         // Where grains do not turn the stepper looks at rotations all the same: a ball of this mass.
         let ball = 0.4 * mass * radius * radius;
         let inertia = bodies.inertia.get(id).copied().unwrap_or(ball);

@@ -10,9 +10,9 @@ use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
 use super::Result;
-use super::spectrum::at_start;
+use super::spectrum::freedoms;
 use grains::generate::symmetric;
-use grains::native::{CaseOptions, Trouble, watch_case};
+use grains::native::{CaseOptions, Trouble, linear, watch_case};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
 use verdict::Answer;
@@ -69,7 +69,7 @@ impl Found {
 pub struct Disturbed {
     /// At rest.
     case: Case,
-    /// Displacements of the start, m, and those of a step before it; x, z and angle (rad) a grain.
+    /// Displacements of the start, m, and those of a step before it, angles in rad; a grain's as [`freedoms`] has them.
     places: [Vec<f64>; 2],
     contacts: usize,
 }
@@ -77,17 +77,21 @@ pub struct Disturbed {
 impl Disturbed {
     /// Every grain displaced and set moving at random along these axes, by no more than 10⁻⁶ of a small
     /// overlap, and turned by as much.
-    pub fn at_random(case: &Case, axes: [bool; 2]) -> Result<Self> {
+    pub fn at_random(case: &Case, axes: [bool; 3]) -> Result<Self> {
         let mut random = ChaCha8Rng::seed_from_u64(case.bodies.len() as u64);
         let places = [(); 2].map(|()| {
-            let place = |radius: &f64| {
-                let [x, z, angle] = [axes[0], axes[1], true].map(|moves| {
+            let mut all = Vec::new();
+            for radius in &case.bodies.radius {
+                all.extend(freedoms(&case.bodies).iter().map(|freedom| {
                     let share = symmetric(&mut random);
-                    if moves { share } else { 0.0 }
-                });
-                [x, z, angle / radius]
-            };
-            case.bodies.radius.iter().flat_map(place).collect()
+                    match axes.get(*freedom) {
+                        Some(true) => share,
+                        Some(false) => 0.0,
+                        None => share / radius,
+                    }
+                }));
+            }
+            all
         });
         Disturbed::along(case, places)
     }
@@ -96,18 +100,21 @@ impl Disturbed {
     /// [`super::spectrum::Network::fastest_mode`] has it.
     pub fn in_mode(case: &Case, vector: &DVector<f64>) -> Result<Self> {
         let bodies = &case.bodies;
+        let freedoms = freedoms(bodies);
+        let is_place = |at: usize| freedoms[at % freedoms.len()] < 3;
         let weighted = vector.iter().enumerate();
         let mode: Vec<f64> = weighted
             .map(|(at, share)| {
-                let inert = if at % 3 == 2 {
-                    &bodies.inertia
-                } else {
+                let inert = if is_place(at) {
                     &bodies.mass
+                } else {
+                    &bodies.inertia
                 };
-                inert.get(at / 3).map_or(0.0, |inert| share / inert.sqrt())
+                let inert = inert.get(at / freedoms.len());
+                inert.map_or(0.0, |inert| share / inert.sqrt())
             })
             .collect();
-        let moves = mode.iter().enumerate().filter(|(at, _)| at % 3 != 2);
+        let moves = mode.iter().enumerate().filter(|(at, _)| is_place(*at));
         let largest = moves.fold(0.0, |largest: f64, (_, share)| largest.max(share.abs()));
         let now: Vec<f64> = mode.iter().map(|share| share / largest).collect();
         let before = now.iter().map(|share| -share).collect();
@@ -115,9 +122,8 @@ impl Disturbed {
     }
 
     fn along(case: &Case, places: [Vec<f64>; 2]) -> Result<Self> {
-        let (_, start) = at_start(case)?;
-        let contacts = start.iter().flat_map(|moment| &moment.contacts);
-        let mut overlaps: Vec<f64> = contacts.map(|contact| contact.overlap).collect();
+        let contacts = linear(case)?;
+        let mut overlaps: Vec<f64> = contacts.iter().map(|contact| contact.overlap).collect();
         overlaps.sort_by(f64::total_cmp);
         let small = (SMALL_OVERLAP * overlaps.len() as f64) as usize;
         let size = DISTURBANCE * overlaps.get(small).copied().unwrap_or(0.0);
@@ -146,16 +152,19 @@ impl Disturbed {
         case.model.dt = dt;
         case.model.alpha = alpha;
         let [now, before] = &self.places;
+        let freedoms = freedoms(&case.bodies);
         let bodies = &mut case.bodies;
-        for id in 0..bodies.len() {
-            let moved = [0, 1, 2].map(|axis| now[3 * id + axis]);
-            let speed = [0, 1, 2].map(|axis| (moved[axis] - before[3 * id + axis]) / dt);
-            bodies.x[id] += moved[0];
-            bodies.z[id] += moved[1];
-            bodies.vx[id] = speed[0];
-            bodies.vz[id] = speed[1];
-            if let Some(spin) = bodies.spin.get_mut(id) {
-                *spin = speed[2];
+        for (at, (now, before)) in now.iter().zip(before).enumerate() {
+            let (id, freedom) = (at / freedoms.len(), freedoms[at % freedoms.len()]);
+            let places = [&mut bodies.x, &mut bodies.y, &mut bodies.z];
+            if let Some(places) = places.into_iter().nth(freedom) {
+                places[id] += now;
+            }
+            let velocities = [&mut bodies.vx, &mut bodies.vy, &mut bodies.vz];
+            let spins = [&mut bodies.spin_x, &mut bodies.spin, &mut bodies.spin_z];
+            let speeds = velocities.into_iter().chain(spins).nth(freedom);
+            if let Some(speed) = speeds.and_then(|speeds| speeds.get_mut(id)) {
+                *speed = (now - before) / dt;
             }
         }
         case
@@ -263,10 +272,14 @@ fn turning_energy(three: &[Snapshot]) -> f64 {
             })
             .sum()
     };
-    let mass = &now.bodies.mass;
+    let (mass, inertia) = (&now.bodies.mass, &now.bodies.inertia);
+    // What is across the plane is empty in it, and adds nothing.
     part(|bodies| &bodies.vx, mass)
         + part(|bodies| &bodies.vz, mass)
-        + part(|bodies| &bodies.spin, &now.bodies.inertia)
+        + part(|bodies| &bodies.spin, inertia)
+        + part(|bodies| &bodies.vy, mass)
+        + part(|bodies| &bodies.spin_x, inertia)
+        + part(|bodies| &bodies.spin_z, inertia)
 }
 
 /// A limit that is to be found in an external engine.

@@ -57,11 +57,13 @@ impl Pair {
 }
 
 /// A contact's constants at its overlap.
-struct Strength {
+pub(super) struct Strength {
     /// Force of the normal spring, N.
-    elastic: f64,
-    k_s: f64,
-    c_n: f64,
+    pub elastic: f64,
+    /// Its slope.
+    pub k_n: f64,
+    pub k_s: f64,
+    pub c_n: f64,
     /// Of the dashpot along the tangent.
     c_s: f64,
 }
@@ -251,7 +253,7 @@ impl Reference {
     }
 
     /// The constants of these bodies' contact at this overlap.
-    fn strength(&self, ids: Ids, touch: &Touch, pair: &Pair) -> Strength {
+    pub(super) fn strength(&self, ids: Ids, touch: &Touch, pair: &Pair) -> Strength {
         self.strength_at(ids, touch.overlap, touch.first, pair)
     }
 
@@ -293,6 +295,7 @@ impl Reference {
         };
         Strength {
             elastic,
+            k_n,
             k_s,
             c_n,
             c_s,
@@ -327,7 +330,7 @@ impl Reference {
     }
 
     /// How the first of a pair and its grain move; what other forms leave out is left out.
-    fn motions(&self, ids: Ids, touch: &Touch) -> [Motion; 2] {
+    pub(super) fn motions(&self, ids: Ids, touch: &Touch) -> [Motion; 2] {
         let spins = !self.has(Form::SlipOfCentres);
         let grain = |id: u32| {
             let motion = self.motions[id as usize];
@@ -740,7 +743,7 @@ impl Reference {
     }
 
     /// What a dashpot along the tangent does, on body 2, N.
-    fn braking(&self, strength: &Strength, slip: Vector) -> Vector {
+    pub(super) fn braking(&self, strength: &Strength, slip: Vector) -> Vector {
         let dt = self.looks.unwrap_or(self.constants.dt);
         match self.rules().tangential_dashpot {
             TangentialDashpot::None => NONE,
@@ -796,7 +799,7 @@ impl Reference {
     }
 
     /// The slip, and how fast they part along the normal, m/s.
-    fn slip(&self, touch: &Touch, on: [Motion; 2]) -> (Vector, f64) {
+    pub(super) fn slip(&self, touch: &Touch, on: [Motion; 2]) -> (Vector, f64) {
         let relative = self.slip_velocity(touch, on);
         let along = dot(touch.normal, relative);
         (minus(relative, times(along, touch.normal)), along)
@@ -823,7 +826,7 @@ impl Reference {
     }
 
     /// On body 1 and body 2 of a force on body 2, N·m.
-    fn torques(&self, touch: &Touch, on: [Motion; 2], force: Vector) -> [Vector; 2] {
+    pub(super) fn torques(&self, touch: &Touch, on: [Motion; 2], force: Vector) -> [Vector; 2] {
         let is_flat = touch.first != Body::Grain;
         if !self.constants.law.rotates() || is_flat && self.has(Form::NoTorqueOfFlatBodies) {
             return [NONE; 2];
