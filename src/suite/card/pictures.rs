@@ -9,12 +9,15 @@ use crate::suite::Track;
 use grains::scene::Viscosity;
 use grains::task::Case;
 
+/// What is drawn of a run.
+type Trace = dyn Fn(&Track) -> Vec<[f64; 2]>;
+
 /// A line in a picture: one experiment, and the points that its trajectory goes through.
 pub struct Line {
     picture: usize,
     pub name: String,
     pub case: Case,
-    pub trace: Box<dyn Fn(&Track) -> Vec<[f64; 2]>>,
+    pub trace: Box<Trace>,
 }
 
 /// Of an engine that has spheres with Hertz's law: a normal contact at several places and speeds, and the way of a tangential force
