@@ -56,7 +56,7 @@ fn what_is_wrong_is_told_with_where_and_with_what_it_would_be_right() {
         ),
         (
             "gravity=0.5",
-            "gravity upwards at one grain: as with gravity × 1/2",
+            "gravity across at one grain: as with gravity × 1/2 (3 more)",
         ),
     ];
     for (fault, words) in told {
