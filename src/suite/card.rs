@@ -298,7 +298,14 @@ fn tell_causes(all: &[Quantity], rows: &mut [Row], declared: Rules) {
         let mut case = quantity.case.clone();
         case.model.rules = declared;
         let mut found: Vec<(Otherwise, usize)> = Vec::new();
-        for one in Otherwise::all(&case) {
+        let mut candidates = Otherwise::all(&case);
+        // What explains rows of walls may be that of other flat bodies.
+        for (one, count) in &known {
+            if *count > 0 && !candidates.contains(one) {
+                candidates.push(*one);
+            }
+        }
+        for one in candidates {
             let before = known.iter().find(|(other, _)| *other == one).copied();
             if before.is_some_and(|(_, count)| count == 0) || !row.is(others(one)(quantity)) {
                 continue;

@@ -614,9 +614,9 @@ fn alone(kind: Kind) -> Vec<Quantity> {
 mod tests {
     use super::*;
     use crate::engine::Engine;
-    use grains::constant::Constant;
     use grains::native;
-    use grains::variant::{Variant, run};
+    use grains::rules::Choice;
+    use grains::variant::{Form, Variant, run};
 
     /// Of an engine with all parts.
     fn all() -> Vec<Quantity> {
@@ -645,18 +645,14 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_that_is_wrong_at_walls_alone_shows_at_all_that_is_flat_and_at_no_pair() {
-        let constant = Constant::with_symbol("k_n at walls").expect("a constant");
-        let stiffer = Variant::default().and(constant, 0.01);
-        for quantity in all().iter().filter(|quantity| quantity.key == "k-n") {
-            let flat = ["wall", "plane", "triangle", "box"].contains(&quantity.place);
-            let share = read(quantity, &stiffer) / read(quantity, &Variant::default());
-            let right = if flat { 1.01 } else { 1.0 };
-            assert!(
-                (share - right).abs() < 1.0e-6,
-                "{}: {share}",
-                quantity.place
-            );
+    fn half_the_mass_at_walls_shows_at_all_that_is_flat_and_at_no_pair() {
+        let half = Choice::of("wall_mass", "half").expect("a rule");
+        let half = Variant::of(Form::Rule(half));
+        for quantity in all().iter().filter(|quantity| quantity.key == "e-05") {
+            let share = read(quantity, &half) / read(quantity, &Variant::default());
+            let is_pair = quantity.place.starts_with("two ");
+            let is_right = (share - 1.0).abs() < 1.0e-9;
+            assert_eq!(is_right, is_pair, "{}: {share}", quantity.place);
         }
     }
 }

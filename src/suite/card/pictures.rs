@@ -9,15 +9,15 @@ use crate::suite::Track;
 use grains::scene::Viscosity;
 use grains::task::Case;
 
-/// What is drawn of a run.
-type Trace = dyn Fn(&Track) -> Vec<[f64; 2]>;
+type Points = Vec<[f64; 2]>;
+type Trace = Box<dyn Fn(&Track) -> Points>;
 
 /// A line in a picture: one experiment, and the points that its trajectory goes through.
 pub struct Line {
     picture: usize,
     pub name: String,
     pub case: Case,
-    pub trace: Box<Trace>,
+    pub trace: Trace,
 }
 
 /// Of an engine that has spheres with Hertz's law: a normal contact at several places and speeds, and the way of a tangential force
@@ -90,7 +90,7 @@ pub fn lines(engine: &Description) -> Vec<Line> {
 }
 
 /// What lines the engine's answers and native's make: points on lines.
-pub fn pictures(lines: &[(Line, [Vec<[f64; 2]>; 2])]) -> Vec<Plot> {
+pub fn pictures(lines: &[(Line, [Points; 2])]) -> Vec<Plot> {
     let about = [
         (
             "card-normal",
