@@ -369,9 +369,15 @@ fn yade_proposes_by_its_formulas() {
     use crossgrain::engine::yade::{Options, propose};
     use crossgrain::limits::stability::time_step::by_formula;
     let work = &new_folder();
-    let (space, plane): (Vec<_>, Vec<_>) = scenes()
+    let mut all: Vec<MapScene> = scenes().into_iter().map(|(scene, _)| scene).collect();
+    // One in which twisting is what is stiffest.
+    let rolling = all.iter().find(|scene| scene.name == "rolling-sphere");
+    let mut twisting = rolling.expect("a name").clone();
+    let moments = &mut twisting.case.model.law.contact.rolling;
+    moments.as_mut().expect("moments").twisting_stiffness *= 10.0;
+    all.push(twisting);
+    let (space, plane): (Vec<_>, Vec<_>) = all
         .into_iter()
-        .map(|(scene, _)| scene)
         .partition(|scene| scene.case.bodies.in_space());
     // A job is of one kind.
     let asked = [("plane", &plane), ("space", &space)].map(|(name, scenes)| {

@@ -226,9 +226,9 @@ const SAFETY: f64 = 0.8;
 /// YADE's formulas on a case at its start: shown where YADE is not there to be asked.
 ///
 /// PWave: min R√(ρ/E) with ρ the mass over the volume 4/3πR³ of a ball. GlobalStiffness: per grain and axis
-/// K = Σ[(k_n − k_s)n_a² + k_s], about each axis K = Σ k_s R²(1 − n_a²), both over contacts under load;
+/// K = Σ[(k_n − k_s)n_a² + k_s], about each axis K = Σ[(k_s R² + k_r)(1 − n_a²) + k_t n_a²], both over contacts under load;
 /// dt = 1.41044·0.8·√(min(m/K, I/K)), with dashpots no more than 2·0.8·m/C. A material without friction
-/// still has a k_s here, and no resistance to rolling counts.
+/// still has a k_s here.
 pub fn by_formula(case: &Case) -> Result<Proposal> {
     let (bodies, ids) = (&case.bodies, case.ids());
     // Of each grain: K along the axes, K about the axes, C.
@@ -245,7 +245,9 @@ pub fn by_formula(case: &Case) -> Result<Proposal> {
             for axis in 0..3 {
                 let k_s = contact.k_s;
                 sums[axis] += (contact.k_n - k_s) * squares[axis] + k_s;
-                sums[3 + axis] += k_s * radius * radius * (1.0 - squares[axis]);
+                let bending = k_s * radius * radius + contact.bending;
+                sums[3 + axis] += bending * (1.0 - squares[axis]);
+                sums[3 + axis] += contact.twisting * squares[axis];
             }
             sums[6] += contact.c_n;
         }
