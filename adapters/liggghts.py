@@ -132,8 +132,8 @@ def of_hertz(job, kinds, solids):
     for name, key in (("youngsModulus", "modulus"), ("poissonsRatio", "poissons_ratio")):
         tables[name] = "peratomtype", [solid.get(key) or 0.0 for solid in of_types]
     rows = tables.items()
-    return ["soft_particles yes", *("fix %s all property/global %s %s %s" % (name, name, kind, " ".join(map(number, values)))
-                                    for name, (kind, values) in rows)]  # fmt: skip
+    return ["soft_particles yes", "hard_particles yes", *("fix %s all property/global %s %s %s" % (name, name, kind, " ".join(map(number, values)))
+                                                          for name, (kind, values) in rows)]  # fmt: skip
 
 
 def acted(run, one, two, *force):
