@@ -380,8 +380,8 @@ class Run:
         # The columns of what walls and punch do, by their numbers, what is summed at the last step of each run, and what is added to
         # forces and torques.
         self.flat, self.sums, self.pushed, self.twisted = [], [], None, None
-        # Commands before each step.
-        self.each = []
+        # Commands before each step, whether the punch was stopped, and what is looked at from then on.
+        self.each, self.stopped, self.watch = [], False, None
         # The model's names of what the program writes of each atom.
         self.columns = ["x", "z", "vx", "vz"] + ["spin"] * self.turns
         if self.space:
@@ -411,6 +411,8 @@ class Run:
             # Across the plane spins have the other sign.
             self.motion = [(*of[:4], *(-spin for spin in of[4:at])) for of in moved]
         self.places = [of[: len(axes)] for of in moved]
+        if self.stopped and self.watch is not None:
+            self.watch()
         return heard
 
     def steps(self, count):
@@ -452,6 +454,7 @@ class Run:
         return reached != "0", deep != "0", float(force)
 
     def stop_punch(self):
+        self.stopped = True
         self.does(["velocity punch set NULL %s" % ("NULL 0.0" if self.space else "0.0 NULL")])
 
     def up(self):

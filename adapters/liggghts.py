@@ -9,8 +9,8 @@ twice: of 300 grains one by 1753.73 N instead of 876.87 N, and that bed is 2.1e8
 In space each kind of grains is a type of its own, and no grain is pushed twice (`sides`). Of `model hertz` the tangential spring keeps a
 displacement (rule `spring_memory`), R* at walls is R (rule `wall_radius`), and both dashpots are of one restitution (rule
 `tangential_restitution`).
-Refused are a punch that stops, linear springs of more than 200 kinds of grains, constant dashpots beside Hertz's springs, and pouring with
-friction that goes on into loading.
+Refused are a punch that stops with grains at its sides, linear springs of more than 200 kinds of grains, constant dashpots beside Hertz's
+springs, and pouring with friction that goes on into loading.
 """
 import math
 import os
@@ -132,8 +132,8 @@ def of_hertz(job, kinds, solids):
     for name, key in (("youngsModulus", "modulus"), ("poissonsRatio", "poissons_ratio")):
         tables[name] = "peratomtype", [solid.get(key) or 0.0 for solid in of_types]
     rows = tables.items()
-    return ["soft_particles yes", *("fix %s all property/global %s %s %s" % (name, name, kind, " ".join(map(number, values)))
-                                    for name, (kind, values) in rows)]  # fmt: skip
+    return ["soft_particles yes", "hard_particles yes", *("fix %s all property/global %s %s %s" % (name, name, kind, " ".join(map(number, values)))
+                                                          for name, (kind, values) in rows)]  # fmt: skip
 
 
 def acted(run, one, two, *force):
@@ -212,8 +212,7 @@ def sides(run, kind, model, cut):
     job, count, index = run.job, len(run.job.grains), len(run.job.model["walls"])
     punch, dt = job.asked["punch"], job.model["dt"]
     (x, _), (across, up) = punch["centre"], punch["half_extents"]
-    if punch["velocity"] != 0.0 and job.kind == "scene" and job.asked["loading"]["steps_standing_still"] is not None:
-        raise Refused("a punch in space that stops: its sides have one velocity")
+    run.watch = lambda: refuse_at_sides(run)
     # Groups are by where a grain and the punch are after the next step; the very first one moves nothing.
     lines = ["neigh_modify delay 0 every 1 check no", 'variable ahead equal "%s*(step > %d)"' % (number(dt), job.first)]
     next_place = ("z[%d]" % (count + 1), "vz[%d]" % (count + 1), number(up))
@@ -236,6 +235,16 @@ def sides(run, kind, model, cut):
     torques = ("-v_above*%s" % of_mesh[1], "v_above*%s - v_out*%s" % (of_mesh[0], of_mesh[2]), "v_out*" + of_mesh[1])
     run.twisted = [" + v_arm*(%s)" % of for of in torques]
     return lines
+
+
+def refuse_at_sides(run):
+    """Sides go on with the velocity that they were given when the punch stops, which no grain may feel."""
+    punch, (middle, _, height) = run.job.asked["punch"], run.places[-1]
+    across, up = punch["half_extents"]
+    for (x, _, z), grain in zip(run.places, run.job.grains):
+        near = granular.SKIN * grain["radius"]
+        if z >= height - up - near and abs(x - middle) - across < grain["radius"] + near:
+            raise Refused("a punch in space that stops with grains at its sides, which have one velocity")
 
 
 def block(job, path, faces):
