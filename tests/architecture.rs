@@ -142,10 +142,6 @@ fn another_door_is_noticed() {
     assert_eq!(other_doors(code).len(), 2);
 }
 
-/// Where values are still called `of`.
-const NOT_YET_RENAMED: &str = "src/engine/yade.rs src/suite/card.rs src/suite/spheres.rs \
-    crates/grains/src/reference.rs crates/grains/src/reference/law.rs";
-
 /// The code without comments and what stands in quotation marks, which are no names.
 fn names_alone(code: &str) -> String {
     let (mut names, mut rest) = (String::new(), code);
@@ -204,11 +200,8 @@ fn a_value_is_called_what_it_is() {
     let mut found = Vec::new();
     for path in files {
         let name = path.strip_prefix(root("")).expect("below the root");
-        let mut known = NOT_YET_RENAMED.words().into_iter();
-        if !known.any(|file| name == Path::new(file)) {
-            let lines = values_called_of(&text_of(&path)).into_iter();
-            found.extend(lines.map(|line| format!("{}: {line}", name.display())));
-        }
+        let lines = values_called_of(&text_of(&path)).into_iter();
+        found.extend(lines.map(|line| format!("{}: {line}", name.display())));
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }

@@ -282,7 +282,7 @@ pub fn unsupported(model: &Model) -> Option<String> {
         Viscosity::Dashpot { .. } => None,
     };
     let timed = model.law.has_friction() && contact.new_contact_slip == NewContactSlip::SinceTouch;
-    let is_plane = |of: &Obstacle| matches!(of.shape, Surface::Plane { .. });
+    let is_plane = |obstacle: &Obstacle| matches!(obstacle.shape, Surface::Plane { .. });
     let planes = model.obstacles.iter().any(is_plane);
     reason
         .or(planes.then_some(

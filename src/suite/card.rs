@@ -135,12 +135,15 @@ pub fn card(engine: &dyn Engine) -> Result<Card, EngineError> {
     let lines = lines(&described).into_iter();
     let lines = lines.filter(|line| engine.lacks_for(&line.case).is_none());
     let lines: Vec<Line> = lines.collect();
-    let lacking: Vec<Option<String>> = all.iter().map(|of| engine.lacks_for(&of.case)).collect();
+    let lacking: Vec<Option<String>> = all
+        .iter()
+        .map(|reading| engine.lacks_for(&reading.case))
+        .collect();
     let asked = all
         .iter()
         .zip(&lacking)
         .filter(|(_, lacks)| lacks.is_none());
-    let cases = asked.map(|(of, _)| &of.case);
+    let cases = asked.map(|(reading, _)| &reading.case);
     let cases: Vec<&Case> = cases.chain(lines.iter().map(|line| &line.case)).collect();
     let work = work_folder().map_err(ProgramError::File)?;
     let mut answers = engine.run_cases(&cases, work.path())?.into_iter();
@@ -340,11 +343,11 @@ fn tell_powers(rows: &mut [Row]) {
         };
         let mut twins = rows.iter().filter_map(|other| {
             let same = (other.kind, &other.place) == (row.kind, &row.place);
-            let (of, other_rate) = other
+            let (number, other_rate) = other
                 .rate
                 .filter(|_| same && other.constant() == row.constant())?;
             let power = (row.times() / other.times()).ln() / (rate / other_rate).ln();
-            (of == what && other_rate != rate).then_some(power)
+            (number == what && other_rate != rate).then_some(power)
         });
         let power = twins.next().unwrap_or(f64::NAN);
         let whole = 0.5 * (2.0 * power).round();

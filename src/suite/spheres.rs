@@ -239,15 +239,16 @@ impl Impact {
     fn is_elastic(&self) -> bool {
         let bodies = &self.case.bodies;
         let mut across = bodies.spin.iter().chain(&bodies.vx);
-        self.case.model.law.contact.viscosity == Viscosity::None && across.all(|of| *of == 0.0)
+        self.case.model.law.contact.viscosity == Viscosity::None
+            && across.all(|component| *component == 0.0)
     }
 }
 
 fn impacts(test: &Published, rules: Rules) -> Vec<Impact> {
     let (_, _, materials, radius, other, speed, e, friction, varied) = *test;
     let values = match varied {
-        Varied::Restitution(of) | Varied::Angle(of) | Varied::Along(of) => of,
-        Varied::Spin(of) | Varied::Opposite(of) => of,
+        Varied::Restitution(value) | Varied::Angle(value) | Varied::Along(value) => value,
+        Varied::Spin(value) | Varied::Opposite(value) => value,
     };
     let runs = materials.iter().flat_map(|material| {
         values.iter().map(move |value| {
@@ -379,23 +380,23 @@ pub(crate) fn hertz_mindlin(modulus: f64, poissons_ratio: f64, friction_angle: f
 }
 
 pub(crate) fn case(name: &str, model: Model, spheres: &[Sphere], moments: Vec<u64>) -> Case {
-    let column = |of: &dyn Fn(&Sphere) -> f64| spheres.iter().map(of).collect::<Vec<f64>>();
+    let column = |number: &dyn Fn(&Sphere) -> f64| spheres.iter().map(number).collect::<Vec<f64>>();
     let mut bodies = Bodies {
-        x: column(&|of| of.place[0]),
-        y: column(&|of| of.place[1]),
-        z: column(&|of| of.place[2]),
-        vx: column(&|of| of.velocity[0]),
-        vy: column(&|of| of.velocity[1]),
-        vz: column(&|of| of.velocity[2]),
-        radius: column(&|of| of.radius),
-        mass: column(&|of| of.mass),
+        x: column(&|sphere| sphere.place[0]),
+        y: column(&|sphere| sphere.place[1]),
+        z: column(&|sphere| sphere.place[2]),
+        vx: column(&|sphere| sphere.velocity[0]),
+        vy: column(&|sphere| sphere.velocity[1]),
+        vz: column(&|sphere| sphere.velocity[2]),
+        radius: column(&|sphere| sphere.radius),
+        mass: column(&|sphere| sphere.mass),
         ..Bodies::default()
     };
     if model.law.rotates() {
-        bodies.spin_x = column(&|of| of.spin[0]);
-        bodies.spin = column(&|of| of.spin[1]);
-        bodies.spin_z = column(&|of| of.spin[2]);
-        bodies.inertia = column(&|of| 0.4 * of.mass * of.radius * of.radius);
+        bodies.spin_x = column(&|sphere| sphere.spin[0]);
+        bodies.spin = column(&|sphere| sphere.spin[1]);
+        bodies.spin_z = column(&|sphere| sphere.spin[2]);
+        bodies.inertia = column(&|sphere| 0.4 * sphere.mass * sphere.radius * sphere.radius);
     }
     Case {
         name: name.to_owned(),

@@ -311,9 +311,9 @@ impl Reference {
     }
 
     fn table(&self, motions: &[Motion]) -> Bodies {
-        let column = |is_there: bool, of: fn(&Motion) -> f64| {
+        let column = |is_there: bool, number: fn(&Motion) -> f64| {
             let there = motions.iter().filter(|_| is_there);
-            there.map(of).collect()
+            there.map(number).collect()
         };
         let (space, spins) = (self.sizes.in_space, !self.sizes.inertia.is_empty());
         Bodies {
@@ -553,14 +553,14 @@ impl Reference {
 
     /// Adds what these contacts do to the sums.
     fn add_forces(&mut self, mut touching: Vec<Touching>) {
-        let ids = touching.iter().map(|of| of.ids);
+        let ids = touching.iter().map(|touch| touch.ids);
         let all: Option<BTreeSet<Ids>> = self.has(Form::NotFound).then(|| ids.collect());
         let mut found = None;
         if self.has(Form::FoundLate) || self.has(Form::OldNormals) {
-            let normals = touching.iter().map(|of| (of.ids, of.touch.normal));
+            let normals = touching.iter().map(|pair| (pair.ids, pair.touch.normal));
             found = Some(normals.collect());
         }
-        touching.retain(|of| self.is_found(of.ids));
+        touching.retain(|pair| self.is_found(pair.ids));
         let mut before = std::mem::take(&mut self.spare);
         before.clear();
         std::mem::swap(&mut before, &mut self.memories);

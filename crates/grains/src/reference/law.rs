@@ -341,7 +341,9 @@ impl Reference {
         let one = match (touch.first, &self.felt) {
             (Body::Grain, _) => grain(ids.0),
             (Body::Punch, Some(punch)) => Motion::from(punch),
-            _ => obstacle().map_or_else(Motion::default, |of| of.motion_at(touch.point)),
+            _ => {
+                obstacle().map_or_else(Motion::default, |obstacle| obstacle.motion_at(touch.point))
+            }
         };
         [one, grain(ids.1)]
     }
@@ -349,7 +351,10 @@ impl Reference {
     /// What these bodies' contact does besides its spring along the tangent, where its table tells this normal force; none where they do
     /// not touch.
     pub fn by_table(&self, ids: (u32, u32), normal_force: f64) -> Option<ByTable> {
-        let at = self.touching.binary_search_by_key(&ids, |of| of.ids).ok()?;
+        let at = self
+            .touching
+            .binary_search_by_key(&ids, |pair| pair.ids)
+            .ok()?;
         let touch = &self.touching[at].touch;
         let pair = self.pair(ids);
         let strength = self.strength(ids, touch, &pair);
@@ -372,7 +377,10 @@ impl Reference {
         (normal_force, tangential): (f64, Vector),
         before: Option<Told>,
     ) -> Option<Parts> {
-        let at = self.touching.binary_search_by_key(&ids, |of| of.ids).ok()?;
+        let at = self
+            .touching
+            .binary_search_by_key(&ids, |pair| pair.ids)
+            .ok()?;
         let touch = &self.touching[at].touch;
         let pair = self.pair(ids);
         let strength = self.strength(ids, touch, &pair);
@@ -414,7 +422,10 @@ impl Reference {
                 memory.normal,
                 kept,
                 touch,
-                on.map(|of| Motion { spin: NONE, ..of }),
+                on.map(|motion| Motion {
+                    spin: NONE,
+                    ..motion
+                }),
             );
             let both = self.turned(memory.normal, kept, touch, on);
             [minus(with, kept), minus(both, with)]
@@ -463,7 +474,7 @@ impl Reference {
             turns,
             turned: before.map_or([NONE; 3], |told| {
                 let all = [told.tangential, told.braking, told.slip];
-                all.map(|of| self.turned(told.normal, of, touch, on))
+                all.map(|force| self.turned(told.normal, force, touch, on))
             }),
             slips: slips.map(|slip| times(-growth, slip)),
             slip_of_first: match touch.first {
@@ -482,7 +493,7 @@ impl Reference {
             tangential: tangential_by_law,
             torques: self.torques(touch, on, plus(told, tangential)),
             cut_torques: {
-                let sum = |of: [Vector; 3]| of.into_iter().fold(NONE, plus);
+                let sum = |parts: [Vector; 3]| parts.into_iter().fold(NONE, plus);
                 let trial = sum([kept, turns[0], turns[1]]);
                 let trial = plus(trial, times(-share * growth, sum(slips)));
                 self.torques(touch, on, minus(trial, tangential))
