@@ -495,16 +495,9 @@ fn section(kind: Kind, rows: &[&Row]) -> Section {
             places.push(&row.place);
         }
     }
-    let name = format!(
-        "card-{}",
-        kind.key().trim_end_matches('/').replace('/', "-")
-    );
-    let mut table = Table::of(
-        name.trim_end_matches('-'),
-        "Pass, or so many times what is right",
-        names,
-    )
-    .column("constant", |name: &String| name);
+    let name = ["card-plane", "card-linear", "card-hertz"][kind as usize];
+    let mut table = Table::of(name, "Pass, or so many times what is right", names)
+        .column("constant", |name: &String| name);
     for place in places {
         table = table.column(place, |name: &String| {
             let cells = rows
