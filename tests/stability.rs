@@ -9,7 +9,7 @@ use crossgrain::limits::stability::failures::{MODES, small_bed};
 use crossgrain::limits::stability::scenes::{MapScene, crystal, small};
 use crossgrain::limits::stability::spheres;
 use crossgrain::limits::stability::trials::{Disturbed, Found};
-use crossgrain::limits::stability::{Map, Stability, spectrum::Network, time_step};
+use crossgrain::limits::stability::{Map, Row, Stability, spectrum::Network, time_step};
 use crossgrain::study::realization::bed_of;
 use grains::native::{linear, run_case};
 use grains::scene::{Damping, Rolling, TimeStep};
@@ -435,4 +435,27 @@ fn the_recorded_map_passes_every_check() {
     let mut missing = map;
     missing.rows[0].damped.external = None;
     assert_eq!(missing.verdict(), Outcome::Skipped);
+}
+
+/// Of beds of one kind the limit falls with the fourth root of the overlap, as the root of Hertz's stiffness does.
+#[test]
+fn the_recorded_map_of_spheres_passes_every_check() {
+    let (_, map) = judged_again::<Stability, Map>("reference_data/stability-spheres-1");
+    let tally = Tally::of(&map.checks());
+    // 21 scenes with four limits each, six closed forms.
+    assert_eq!((tally.passed, map.checks().len()), (90, 90), "{tally:?}");
+    for bearing in spheres::Bearing::ALL {
+        let of_bed = |row: &Row| {
+            let spheres = row
+                .spheres
+                .filter(|spheres| spheres.bearing == Some(bearing))?;
+            Some(row.undamped.predicted / spheres.rayleigh * spheres.overlap.powf(0.25))
+        };
+        let beds: Vec<f64> = map.rows.iter().filter_map(of_bed).collect();
+        let mean = beds.iter().sum::<f64>() / beds.len() as f64;
+        assert_eq!(beds.len(), 5);
+        for share in beds {
+            near(share / mean, 1.0, 0.25);
+        }
+    }
 }
