@@ -18,6 +18,7 @@ use crate::files::work_folder;
 use crate::paper::disc_field::{DiscField, figure_4};
 use crate::progress::{Display, StageObserver};
 use crate::run::EngineError;
+use crate::workers::asked_to_end;
 use grains::native::{CaseOptions, loads, run_case};
 use grains::rules::{Choice, Rules};
 use grains::task::{Case, Observer};
@@ -300,7 +301,9 @@ impl Suite {
             of_group(group, (Role::Tested, "native"))
                 .judged(tracks.map(|tracks| group.judge(&tracks)))
         };
-        self.groups.iter().map(run).collect()
+        // Whoever asked for them is told of the signal.
+        let groups = self.groups.iter().take_while(|_| !asked_to_end());
+        groups.map(run).collect()
     }
 
     /// All cases in one process of YADE, and the parameters of the scenes.
@@ -340,7 +343,10 @@ impl Suite {
         };
         Ok(RunInYade {
             version: Some(version),
-            groups: self.groups.iter().map(judge).collect(),
+            groups: {
+                let groups = self.groups.iter().take_while(|_| !asked_to_end());
+                groups.map(judge).collect()
+            },
             answers,
             cross: rest.collect(),
         })
