@@ -61,6 +61,18 @@ fn angle_of_last(law: &Law) -> f64 {
 impl List {
     fn add(
         &mut self,
+        named: Named<'_>,
+        case: Case,
+        asked: f64,
+        read: impl Fn(&Track) -> f64 + Send + Sync + 'static,
+    ) {
+        self.add_at(None, named, case, asked, read);
+    }
+
+    /// The same, where what it is read at is one of several values.
+    fn add_at(
+        &mut self,
+        rate: Option<(&'static str, f64)>,
         (key, name, unit): Named<'_>,
         case: Case,
         asked: f64,
@@ -72,7 +84,7 @@ impl List {
             name: name.to_owned(),
             unit,
             place: self.meeting.place.name(),
-            rate: None,
+            rate,
             case,
             asked,
             read: Box::new(read),
@@ -97,9 +109,8 @@ impl List {
                     format!("{name}, {rate} times as {more}"),
                 ),
             };
-            self.add((&named.0, &named.1, unit), case, asked, read);
-            let last = self.all.last_mut().expect("it was added");
-            last.rate = Some((what, rate));
+            let named = (&*named.0, &*named.1, unit);
+            self.add_at(Some((what, rate)), named, case, asked, read);
         }
     }
 
@@ -246,14 +257,13 @@ impl List {
                 true => "restitution".to_owned(),
                 false => format!("restitution, {rate} times as fast"),
             };
-            self.add((key, &name, ""), case, e_n, move |track| {
+            // Of 0.5 alone there are two speeds.
+            let is_twice = key.starts_with("e-05") && meeting.kind == Kind::Hertz;
+            let at = is_twice.then_some(("speed", rate));
+            self.add_at(at, (key, &name, ""), case, e_n, move |track| {
                 let [before, after] = [0, end].map(|step| meeting.velocity(track, step)[0]);
                 -after / before
             });
-            // Of 0.5 alone there are two speeds.
-            let is_twice = key.starts_with("e-05") && meeting.kind == Kind::Hertz;
-            let last = self.all.last_mut().expect("it was added");
-            last.rate = is_twice.then_some(("speed", rate));
         }
         let case = meeting.bounce(plain, SPEED, STEPS, (0..=STEPS + 10).collect());
         let (dt, asked) = (case.model.dt, meeting.contact_time(&case.model.law));
