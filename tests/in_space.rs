@@ -98,6 +98,33 @@ fn campaigns_of_spheres_are_measured_and_compared() {
 }
 
 #[test]
+fn a_column_of_spheres_ends_as_a_heap_the_steeper_the_rougher_they_are() {
+    let folder = &new_folder();
+    let angle = |friction: f64| {
+        let mut scene = json_of(root("examples/column-of-spheres.json"));
+        scene["particles"]["count"] = 300.into();
+        scene["material"]["friction_angle"] = friction.into();
+        scene["box"]["depth"] = 0.04.into();
+        fs::write(folder.join("scene.json"), scene.to_string()).expect("writable");
+        let run = "run scene.json --engine native --until settled --out heap";
+        let (text, _) = ends(folder, 0, &run.words());
+        has(&text, ["The angle of the heap is"]);
+        let record = json_of(folder.join("heap/run.json"));
+        fs::remove_dir_all(folder.join("heap")).expect("a folder");
+        let measures = record["measures"].as_array().expect("measures").iter();
+        let mut angles = measures.filter(|one| one["key"] == "poured.angle");
+        angles.next().expect("an angle")["value"]
+            .as_f64()
+            .expect("a number")
+    };
+    let [smooth, rough] = [0.05, 0.5].map(angle);
+    assert!(
+        smooth > 1.0 && rough > smooth + 2.0 && rough < 40.0,
+        "{smooth} {rough}"
+    );
+}
+
+#[test]
 fn runs_in_space_agree_by_their_bits_contacts_across_included() {
     let folder = &folder_in_space();
     for (out, more) in [("a", ""), ("b", ""), ("c", " --perturb stiffness=1e-12")] {

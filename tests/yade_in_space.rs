@@ -372,6 +372,27 @@ fn a_scene_in_space_has_the_bits_of_yade_under_the_punch_too() {
     assert!(contacts.any(|contact| contact.id1 == punch));
 }
 
+/// A column of spheres that collapses.
+#[test]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
+fn a_column_of_spheres_has_the_bits_of_yade() {
+    let mut scene = json_scene("examples/column-of-spheres.json");
+    scene.particles.count = 300;
+    scene.measurement.history_every = 500;
+    scene.settle.max_steps = 12_000;
+    let native = native_run(&scene, sound(), Protocol::Whole);
+    let yade = run_of(&scene, &yade::Options::default(), Protocol::Whole);
+    let comparison = compare(&native, &yade, None);
+    assert!(comparison.same_bits, "{}", comparison.answer());
+    let farthest = native
+        .last
+        .bodies
+        .x
+        .iter()
+        .fold(0.0, |far: f64, x| far.max(*x));
+    assert!(farthest > 0.15, "{farthest}");
+}
+
 /// The same onto triangles and boxes.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]

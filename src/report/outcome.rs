@@ -44,6 +44,17 @@ pub fn answer(run: &RunFolder, share: Option<f64>) -> String {
                 true => ("doubled centre of mass", twice_centre_of_mass(&bed.bodies)),
             };
             said.push(format!("Its {what} is {} m high", rounded(height, 4)));
+            let heap = run
+                .record
+                .measures
+                .iter()
+                .find(|one| one.key.ends_with(".angle"));
+            if let Some(angle) = heap {
+                said.push(format!(
+                    "The angle of the heap is {}°",
+                    rounded(angle.value, 3)
+                ));
+            }
         }
     }
     if let Some(share) = share.filter(|share| *share > 1.0) {

@@ -18,7 +18,7 @@ use grains::generate::initial_bodies;
 use grains::native;
 use grains::native::timing::ThreadTime;
 use grains::scene::Scene;
-use grains::tables::{Bodies, StopReason};
+use grains::tables::StopReason;
 use grains::task::Task;
 
 /// One realization of a specification.
@@ -88,15 +88,6 @@ pub fn values(members: &[&Member], key: &str) -> Vec<f64> {
 
 /// Of a heap against the left wall, °.
 pub const ANGLE: &str = "settled.angle";
-
-/// Of the triangle in the corner whose centre of mass is the heap's.
-fn angle(bodies: &Bodies) -> f64 {
-    let moment = |places: &[f64]| -> f64 {
-        let all = bodies.mass.iter().zip(places);
-        all.map(|(mass, place)| mass * place).sum()
-    };
-    moment(&bodies.z).atan2(moment(&bodies.x)).to_degrees()
-}
 
 /// Before the name of a point on the other side of the punch.
 pub const MIRRORED: &str = "mirrored ";
@@ -179,9 +170,6 @@ impl Member {
         let mut measured = realization::measured(scene, run);
         if let Some(settled) = run.outcome.settled.as_ref().filter(|_| keep(LAWS)) {
             measured.extend(realization::laws(scene, settled));
-        }
-        if let Some(settled) = run.outcome.settled.as_ref().filter(|_| keep(ANGLE)) {
-            measured.insert(ANGLE.to_owned(), angle(&settled.bodies));
         }
         measured.retain(|key, _| keep(key));
         Member {

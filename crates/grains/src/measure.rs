@@ -7,10 +7,13 @@ pub mod porosity;
 pub mod stress;
 mod unbalanced_force;
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
-use crate::scene::{Scene, Springs, SurfaceHeight};
+use crate::reference::energy_of_jkr;
+use crate::scene::{Cloud, Scene, Springs, SurfaceHeight};
 use crate::tables::{Across, Bodies, BodyIds, Contact, Snapshot, Stage};
 use crate::vector::{Vector, in_space, plus, times};
 
@@ -60,6 +63,16 @@ impl Bed<'_> {
     }
 }
 
+/// The angle of repose of a heap against the left wall, °: that of the triangle in the corner, or in space of the prism, that has its
+/// centre of mass, atan(z/x).
+pub fn angle_of_heap(bodies: &Bodies) -> f64 {
+    let moment = |places: &[f64]| -> f64 {
+        let all = bodies.mass.iter().zip(places);
+        all.map(|(mass, place)| mass * place).sum()
+    };
+    moment(&bodies.z).atan2(moment(&bodies.x)).to_degrees()
+}
+
 /// Every measure of the beds of one run: `settled.` and `loaded.`, or `poured.` if no loading followed. Depths are counted from the
 /// settled surface in both.
 pub fn all(scene: &Scene, settled: Option<Bed<'_>>, last: Bed<'_>) -> Vec<Quantity> {
@@ -93,6 +106,10 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
         if planar || name != "mean_surface" {
             add(&format!("height.{name}"), Some(height), "m");
         }
+    }
+    let Cloud::JitteredLattice { over, .. } = scene.cloud;
+    if over.is_some_and(|[from, _]| from == 0.0) {
+        add("angle", Some(angle_of_heap(bodies)), "°");
     }
     for (name, height) in heights.into_iter().filter(|_| planar) {
         let porosity = porosity::from_height(bodies, scene.container.width, height);
@@ -284,7 +301,7 @@ pub fn potential_energy(scene: &Scene, bodies: &Bodies) -> f64 {
 
 /// Energy stored in the springs of the contacts: Σ ½F_n u_n of the normal ones, with dashpots Σ ½k_n u_n²,
 /// since F_n is then not the spring's alone; and with friction Σ ½F_s²/k_s of the tangential ones. Of Hertz's springs
-/// Σ 2/5 k u^2.5 with F_n = k u^1.5.
+/// Σ 2/5 k u^2.5 with F_n = k u^1.5; of Johnson, Kendall and Roberts what pulls is in it.
 pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
     let law = Model::of(scene).law;
     let (dashpots, friction) = (law.has_dashpots(), law.has_friction());
@@ -299,7 +316,13 @@ pub fn elastic_energy(scene: &Scene, bed: Bed<'_>) -> f64 {
             Springs::HertzMindlin => {
                 let radius = other * grain / (other + grain);
                 let [k, k_s] = law.solid(0).hertz_mindlin(law.solid(0), radius);
-                (0.4 * k * u * u * u.sqrt(), k_s * u.sqrt())
+                match law.contact.adhesion.filter(|_| law.holds()) {
+                    Some(energy) => {
+                        let (root, energy) = energy_of_jkr(k, 3.0 * PI * radius * energy, u);
+                        (energy, k_s * root)
+                    }
+                    None => (0.4 * k * u * u * u.sqrt(), k_s * u.sqrt()),
+                }
             }
             Springs::Linear if dashpots => {
                 (0.5 * stiffness * u * u, law.stiffness_ratio * stiffness)

@@ -151,7 +151,7 @@ impl Obstacle {
 #[derive(Clone)]
 pub(crate) struct Placed {
     shape: Shape,
-    motion: Motion,
+    pub(crate) motion: Motion,
     orientation: Quaternion,
     /// Rows of the matrix from its own axes to those of space.
     rotation: [Vector; 3],
@@ -376,7 +376,7 @@ impl Placed {
     }
 
     /// From its own axes to those of space.
-    fn outward(&self, own: Vector) -> Vector {
+    pub(crate) fn outward(&self, own: Vector) -> Vector {
         self.rotation.map(|row| dot(row, own))
     }
 

@@ -3,6 +3,7 @@
 //! have its bits. With a [`Variant`] it is what another engine may do instead. In space `space` is the engine.
 
 mod law;
+pub(crate) use law::energy_of_jkr;
 pub use law::{Parts, Told};
 mod linear;
 pub use linear::Linear;
@@ -400,8 +401,14 @@ impl Reference {
             self.felt = Some(*punch);
             punch.centre[1] += punch.velocity * self.constants.dt;
         }
+        let about_own_axes = self.has(Form::ObstacleTurnsAboutOwnAxes);
         for obstacle in &mut self.obstacles {
+            let spin = obstacle.motion.spin;
+            if about_own_axes {
+                obstacle.motion.spin = obstacle.outward(spin);
+            }
             obstacle.advance(self.constants.dt);
+            obstacle.motion.spin = spin;
         }
         if !self.has(Form::PunchLate) {
             self.felt = self.punch;
@@ -465,7 +472,10 @@ impl Reference {
         if self.rules().damped_spins == DampedSpins::Undamped {
             return turn;
         }
-        let judged_at = self.judged_at();
+        let judged_at = match self.has(Form::SpinsDampedByOld) {
+            true => 0.0,
+            false => self.judged_at(),
+        };
         each([0, 1, 2], |axis| {
             let judged = spin[axis] + judged_at * dt * turn[axis];
             turn[axis] * (1.0 - alpha * sign(turn[axis] * judged))

@@ -1,5 +1,6 @@
 //! The tables that every engine takes and returns. SI units; x across, z up.
 
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// Grains, column by column; all columns have the same length and the row is the grain's id.
@@ -182,7 +183,8 @@ pub fn tangential(force: f64) -> f64 {
 }
 
 /// Which kind of body the first of a pair is; the second is always a grain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Body {
     Grain = 0,
     Wall = 1,

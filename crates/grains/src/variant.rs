@@ -11,7 +11,7 @@ use crate::native::first_contact_punch;
 use crate::reference::Reference;
 use crate::rules::Choice;
 use crate::scene::{Viscosity, paper_scene};
-use crate::tables::{Bodies, Snapshot};
+use crate::tables::{Bodies, Body, Snapshot};
 use crate::task::Case;
 
 /// A key of a job that an engine may leave unread: it computes with the paper's value then, whatever it is told.
@@ -107,14 +107,82 @@ impl Key {
     }
 }
 
+/// What a contact's formulas take of both its bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Input {
+    /// The radii of which springs are made.
+    StiffnessRadii,
+    /// The materials of which the spring along the normal, or along the tangent, is made.
+    NormalMaterials,
+    TangentialMaterials,
+    /// The masses of which the effective mass is made.
+    Masses,
+    /// The friction angles of two materials.
+    FrictionAngles,
+    /// The radii in the limit of the moment against rolling.
+    RollingRadii,
+    /// The radii in slips and torques.
+    SlipRadii,
+    TorqueArms,
+}
+
+/// Where another input is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Alone {
+    Everywhere,
+    BetweenGrains,
+    AtObstacles,
+}
+
+/// Whose value an engine takes for both bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Whose {
+    First,
+    Second,
+    Smaller,
+    Larger,
+    Mean,
+}
+
+impl Whose {
+    pub const ALL: [Whose; 5] = [
+        Whose::First,
+        Whose::Second,
+        Whose::Smaller,
+        Whose::Larger,
+        Whose::Mean,
+    ];
+
+    /// The value that is taken for both; of materials the one with the smaller or larger modulus, and the first where it is the mean.
+    pub fn both<T: Copy>(self, [one, two]: [T; 2], number: impl Fn(T) -> f64) -> [T; 2] {
+        let is_less = number(one) < number(two);
+        let whose = match self {
+            Whose::Second => two,
+            Whose::Smaller if !is_less => two,
+            Whose::Larger if is_less => two,
+            _ => one,
+        };
+        [whose; 2]
+    }
+
+    /// The same of numbers, which have a mean.
+    pub fn of_numbers(self, [one, two]: [f64; 2]) -> [f64; 2] {
+        match self {
+            Whose::Mean => [0.5 * (one + two); 2],
+            _ => self.both([one, two], |number| number),
+        }
+    }
+}
+
 /// Another form of a term.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
     /// The first kick is this share of a whole one.
     FirstKick(f64),
-    /// k = E·R₁, of the grain with the lower id.
-    StiffnessOfFirst,
     /// A bed of more radii than this has so many classes of equal widths, and stiffnesses are those of the classes' middle radii,
     /// but for the punch's.
     ClassesOfRadius(u32),
@@ -156,6 +224,25 @@ pub enum Form {
     SlipOfCentres,
     /// Walls and punch do not turn grains.
     NoTorqueOfFlatBodies,
+    /// Both bodies of a contact are taken to have this of one of them; at walls, punch and obstacles alone, or between grains too.
+    TakenFor(Input, Whose, Alone),
+    /// The friction at the first of these is that at the second.
+    FrictionOf([Body; 2]),
+    /// What touches an obstacle does not feel that it turns, or that it moves.
+    ObstacleSpinUnfelt,
+    ObstacleVelocityUnfelt,
+    /// An obstacle turns about axes that turn with it.
+    ObstacleTurnsAboutOwnAxes,
+    /// The moment against rolling does not turn with the normal.
+    MomentNotTurned,
+    /// The moment against twisting has the limit of that against rolling.
+    TwistingLimited,
+    /// A spring that is cut keeps its force of the step before.
+    SlidingKeepsOld,
+    /// A dashpot along the normal acts while bodies approach alone.
+    DashpotWhileApproaching,
+    /// The sign in the local damping of spins is that of the spin before the step.
+    SpinsDampedByOld,
     /// A key of the job is not read.
     Unread(Key),
     /// Another convention.
@@ -190,6 +277,18 @@ impl Variant {
 
     pub fn has(&self, form: Form) -> bool {
         self.forms.contains(&form)
+    }
+
+    /// Whose of an input is taken for both bodies of a contact whose first one is of this kind, if not of each its own.
+    pub fn taken_for(&self, input: Input, first: Body) -> Option<Whose> {
+        self.forms.iter().find_map(|form| match *form {
+            Form::TakenFor(other, whose, alone) if other == input => match alone {
+                Alone::BetweenGrains if first != Body::Grain => None,
+                Alone::AtObstacles if first == Body::Grain => None,
+                _ => Some(whose),
+            },
+            _ => None,
+        })
     }
 }
 

@@ -334,12 +334,14 @@ impl Tried<'_> {
         if let Some(form) = unread.find(|form| self.is_explained(&with(**form))) {
             return self.cause(Fit::known(with(*form)), true, Vec::new());
         }
-        // So does another rule.
-        let rules: Vec<Form> = forms
-            .iter()
-            .copied()
-            .filter(|form| matches!(form, Form::Rule(_)))
-            .collect();
+        // So does another rule, or what one body has taken for both.
+        let is_exact = |form: &Form| {
+            matches!(
+                form,
+                Form::Rule(_) | Form::TakenFor(..) | Form::FrictionOf(_)
+            )
+        };
+        let rules: Vec<Form> = forms.iter().copied().filter(is_exact).collect();
         let explain = in_parallel(rules.len(), |at| self.is_explained(&with(rules[at])));
         let mut explaining = rules
             .into_iter()
@@ -365,6 +367,8 @@ impl Tried<'_> {
         if self.ruled_out.is_empty() {
             forms.extend(search.lost_contacts(known));
         }
+        // These fit nothing that they do not explain.
+        forms.retain(|form| !matches!(form, Form::TakenFor(..) | Form::FrictionOf(_)));
         let misfits = in_parallel(forms.len(), |at| {
             search.misfit(&search.refit(&with(forms[at]), &full))
         });

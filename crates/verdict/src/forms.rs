@@ -3,8 +3,9 @@
 
 use grains::rules::{Choice, Needs, Rules};
 use grains::scene::{Springs, Viscosity};
+use grains::tables::Body;
 use grains::task::Case;
-use grains::variant::{Form, Key};
+use grains::variant::{Alone, Form, Input, Key, Whose};
 
 /// Shares of a whole kick that the first one may be by mistake.
 const FIRST_KICKS: [f64; 2] = [1.5, 0.0];
@@ -19,7 +20,6 @@ pub fn candidates(case: &Case) -> Vec<Form> {
     forms.extend(other_rules(case).map(Form::Rule));
     forms.extend(FIRST_KICKS.map(Form::FirstKick));
     forms.extend([
-        Form::StiffnessOfFirst,
         Form::FoundLate,
         Form::NotFound,
         Form::OldNormals,
@@ -50,8 +50,112 @@ pub fn candidates(case: &Case) -> Vec<Form> {
     if matches!(law.contact.viscosity, Viscosity::Restitution { .. }) {
         forms.push(Form::DashpotOfMeanMass);
     }
+    if law.has_dashpots() {
+        forms.push(Form::DashpotWhileApproaching);
+    }
+    if law.has_friction() {
+        forms.push(Form::SlidingKeepsOld);
+    }
+    if law.rotates() && case.model.alpha != 0.0 {
+        forms.push(Form::SpinsDampedByOld);
+    }
+    if let Some(rolling) = law.contact.rolling {
+        forms.push(Form::MomentNotTurned);
+        forms.extend(rolling.limit.map(|_| Form::TwistingLimited));
+    }
+    let mut obstacles = case.model.obstacles.iter();
+    if obstacles.any(|obstacle| obstacle.velocity != [0.0; 3] || obstacle.spin != [0.0; 3]) {
+        forms.extend([
+            Form::ObstacleSpinUnfelt,
+            Form::ObstacleVelocityUnfelt,
+            Form::ObstacleTurnsAboutOwnAxes,
+        ]);
+    }
+    forms.extend(inputs(case));
     forms
 }
+
+/// Inputs of a contact that may be taken of one of its bodies for both, where bodies differ in them.
+fn inputs(case: &Case) -> impl Iterator<Item = Form> {
+    let law = &case.model.law;
+    let bodies = [Body::Grain, Body::Wall, Body::Punch];
+    let angles = law.friction_angles();
+    let friction = bodies.into_iter().flat_map(move |at| {
+        let others = bodies.into_iter();
+        // That of grains is a key that is not read.
+        let others = others.filter(move |whose| {
+            *whose != Body::Grain && angles[*whose as usize] != angles[at as usize]
+        });
+        others.map(move |whose| Form::FrictionOf([at, whose]))
+    });
+    let radii = plays_a_part(case, Needs::Radii);
+    let materials = !law.materials.is_empty();
+    let turns = law.rotates();
+    let is_hertz = law.contact.springs == Springs::HertzMindlin;
+    let by_mass = matches!(
+        law.contact.viscosity,
+        Viscosity::Restitution { .. } | Viscosity::Ratio { .. }
+    );
+    let limited = law
+        .contact
+        .rolling
+        .is_some_and(|rolling| rolling.limit.is_some());
+    let is_used = move |input: Input| match input {
+        Input::StiffnessRadii => radii,
+        Input::NormalMaterials => materials,
+        Input::TangentialMaterials | Input::FrictionAngles => materials && law.has_friction(),
+        Input::Masses => radii && by_mass,
+        Input::RollingRadii => radii && limited,
+        Input::SlipRadii | Input::TorqueArms => radii && turns,
+    };
+    let taken = INPUTS.into_iter().filter(move |(input, _)| is_used(*input));
+    let taken = taken.flat_map(move |(input, _)| {
+        let of_material = [
+            Input::NormalMaterials,
+            Input::TangentialMaterials,
+            Input::FrictionAngles,
+        ];
+        let places: &[Alone] = match of_material.contains(&input) {
+            true => &[Alone::Everywhere, Alone::BetweenGrains, Alone::AtObstacles],
+            false => &[Alone::Everywhere],
+        };
+        let all = places
+            .iter()
+            .flat_map(move |alone| Whose::ALL.map(|whose| Form::TakenFor(input, whose, *alone)));
+        // The smaller friction angle and the mean radius of rolling are the model's, materials have no mean, and that of linear springs is a rule.
+        all.filter(move |form| match form {
+            Form::TakenFor(Input::StiffnessRadii, whose, _) => {
+                is_hertz || [Whose::First, Whose::Second].contains(whose)
+            }
+            Form::TakenFor(Input::FrictionAngles, Whose::Smaller, _)
+            | Form::TakenFor(Input::RollingRadii, Whose::Mean, _) => false,
+            Form::TakenFor(_, Whose::Mean, _) => !of_material[..2].contains(&input),
+            _ => true,
+        })
+    });
+    friction.chain(taken)
+}
+
+/// In words.
+const INPUTS: [(Input, &str); 8] = [
+    (Input::StiffnessRadii, "radius in its springs"),
+    (
+        Input::NormalMaterials,
+        "material in the spring along the normal",
+    ),
+    (
+        Input::TangentialMaterials,
+        "material in the spring along the tangent",
+    ),
+    (Input::Masses, "mass in its dashpots"),
+    (Input::FrictionAngles, "friction angle"),
+    (
+        Input::RollingRadii,
+        "radius in the limit of the moment against rolling",
+    ),
+    (Input::SlipRadii, "radius in the slip"),
+    (Input::TorqueArms, "radius in the torque"),
+];
 
 /// Whether the model of this case has what a rule is about.
 pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
@@ -130,7 +234,6 @@ pub fn in_words(form: Form) -> String {
         Form::LostFar(length) => format!("contacts of grains farther apart than {length:.6} m are lost"),
         Form::FoundLate => "contacts are found a step after they begin".into(),
         Form::OldNormals => "normals are those of the step before".into(),
-        Form::StiffnessOfFirst => mean("E·R1, that of the grain with the lower id"),
         Form::NotFound => "contacts that begin are not found for some steps: the search is made too seldom for its skin".into(),
         Form::OldPositions => "forces are those of the positions before the step".into(),
         Form::HistoryTurnedBack => "the tangential force turns against the normal, and is to turn with it".into(),
@@ -144,6 +247,33 @@ pub fn in_words(form: Form) -> String {
         Form::SpinsKept => "spins do not change".into(),
         Form::SlipOfCentres => "the slip leaves the spins out".into(),
         Form::NoTorqueOfFlatBodies => "walls and punch do not turn grains".into(),
+        Form::TakenFor(input, whose, alone) => {
+            let whose = match whose {
+                Whose::First => "that of the first body",
+                Whose::Second => "that of the second body",
+                Whose::Smaller => "the smaller one",
+                Whose::Larger => "the larger one",
+                Whose::Mean => "the mean",
+            };
+            let place = match alone {
+                Alone::Everywhere => "",
+                Alone::BetweenGrains => " of two grains",
+                Alone::AtObstacles => " at a wall, the punch or an obstacle",
+            };
+            format!("a contact{place} takes {whose} for both: the {}", INPUTS[input as usize].1)
+        }
+        Form::FrictionOf([at, whose]) => {
+            let names = [at, whose].map(|body| ["between grains", "at walls", "at the punch"][body as usize]);
+            format!("friction {} is that {}", names[0], names[1])
+        }
+        Form::ObstacleSpinUnfelt => "what touches an obstacle does not feel that it turns: its velocity is v + ω × r".into(),
+        Form::ObstacleVelocityUnfelt => "what touches an obstacle does not feel that it moves".into(),
+        Form::ObstacleTurnsAboutOwnAxes => "an obstacle turns about axes that turn with it: its spin is in fixed ones".into(),
+        Form::MomentNotTurned => "the moment against rolling does not turn with the normal".into(),
+        Form::TwistingLimited => "the moment against twisting has the limit of that against rolling, and is to have none".into(),
+        Form::SlidingKeepsOld => "a spring that is cut to Coulomb's limit keeps its force of the step before: it is to keep what was cut".into(),
+        Form::DashpotWhileApproaching => "the dashpot along the normal acts while bodies approach alone".into(),
+        Form::SpinsDampedByOld => "local damping of spins takes the sign of the spin before the step, and is to take that of its middle".into(),
         Form::Unread(key) => format!("{} is not read: the paper's value takes its place", key.name()),
     }
 }

@@ -412,8 +412,8 @@ impl Reference {
         }
     }
 
-    #[cfg(test)]
-    pub(crate) fn states(&self) -> &[State] {
+    /// From which engines start.
+    pub fn states(&self) -> &[State] {
         &self.states
     }
 

@@ -198,6 +198,16 @@ fn floor_of(model: &mut Model, shapes: Vec<Surface>) {
     model.obstacles = shapes.into_iter().map(at_rest).collect();
 }
 
+/// The floor of a scene, which stands still.
+pub(crate) fn obstacles_of_scene(scene: &Scene, bodies: &Bodies, number: u64) -> Vec<Obstacle> {
+    let mut model = Model::of(scene);
+    obstacles(&mut model, bodies, STILL + number % 3);
+    model.obstacles
+}
+
+/// From this number on obstacles stand still.
+const STILL: u64 = 6;
+
 /// Planes that are touched from either side, triangles, or boxes of which edges and a corner are touched, at rest or in motion.
 fn obstacles(model: &mut Model, bodies: &Bodies, number: u64) {
     let ([width, depth], hair) = (extent(model), hair(model));
@@ -248,7 +258,8 @@ fn obstacles(model: &mut Model, bodies: &Bodies, number: u64) {
         }
     };
     floor_of(model, shapes);
-    if number.is_multiple_of(2) {
+    // Not in step with what is poured and what is under the punch.
+    if (number / STILL).is_multiple_of(2) {
         for obstacle in &mut model.obstacles {
             obstacle.velocity = [0.03, -0.02, 0.01];
             // A plane turns about its normal alone.
@@ -277,7 +288,7 @@ fn uneven(model: &Model) -> Vec<Surface> {
     (0..ALONG * ALONG).flat_map(cell).collect()
 }
 
-fn adhesive(contact: &mut ContactLaw, law: AdhesionLaw, energy: f64) {
+pub(crate) fn adhesive(contact: &mut ContactLaw, law: AdhesionLaw, energy: f64) {
     (contact.adhesion, contact.adhesion_law) = (Some(energy), law);
 }
 
@@ -378,11 +389,21 @@ fn states(bed: &Bed) -> Vec<State> {
         let mut state = drawn_state(bed, first + number)?;
         obstacles(&mut state.case.model, &state.case.bodies, number);
         let contact = &mut state.case.model.law.contact;
-        if contact.springs == Springs::HertzMindlin && number.is_multiple_of(4) {
-            contact.viscosity = Viscosity::Dashpot {
-                c_n: 0.3,
-                tension: Tension::Clipped,
-            };
+        let tension = Tension::Clipped;
+        match (contact.springs, number % 4) {
+            (Springs::HertzMindlin, 0) => {
+                contact.viscosity = Viscosity::Dashpot { c_n: 0.3, tension };
+            }
+            (Springs::HertzMindlin, 1) => adhesive(contact, AdhesionLaw::Jkr, ADHESION),
+            (Springs::HertzMindlin, 2) => adhesive(contact, AdhesionLaw::Dmt, ADHESION),
+            (Springs::HertzMindlin, _) => adhesive(contact, AdhesionLaw::Pull, ADHESION),
+            (Springs::Linear, 0 | 1) => {
+                contact.viscosity = Viscosity::Ratio {
+                    ratio: 0.2,
+                    tension,
+                };
+            }
+            _ => {}
         }
         Some(state)
     }));
@@ -464,6 +485,46 @@ fn drawn_state(bed: &Bed, number: u64) -> Option<State> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Every law of adhesion on every kind of obstacle, pressed and poured, still and in motion; and both in scenes.
+    #[test]
+    fn what_an_engine_may_have_is_asked_for_together() {
+        let bed = Bed::of(scene(), PRESSED).expect("a bed");
+        let kind = |shape: &Surface| match shape {
+            Surface::Plane { .. } => 0,
+            Surface::Triangle { .. } => 1,
+            Surface::Box { .. } => 2,
+        };
+        let mut together = std::collections::BTreeSet::new();
+        for state in states(&bed) {
+            let (model, punch) = (&state.case.model, state.case.punch);
+            let contact = &model.law.contact;
+            for obstacle in &model.obstacles {
+                let kind = kind(&obstacle.shape);
+                let moves = obstacle.velocity != [0.0; 3];
+                together.insert(format!(
+                    "{kind} moves: {moves}, pressed: {}",
+                    punch.is_some()
+                ));
+                if contact.adhesion.is_some() {
+                    together.insert(format!("{kind} {:?}", contact.adhesion_law));
+                }
+            }
+            if matches!(contact.viscosity, Viscosity::Ratio { .. }) {
+                together.insert(format!("ratio {:?}", contact.springs));
+            }
+        }
+        for excerpt in bed.excerpts().expect("runs") {
+            let scene = &excerpt.scene;
+            let kinds = scene.obstacles.iter().map(|obstacle| kind(&obstacle.shape));
+            together.extend(kinds.map(|kind| format!("scene {kind}")));
+            if scene.contact.adhesion.is_some() {
+                together.insert(format!("scene {:?}", scene.contact.adhesion_law));
+            }
+        }
+        // 12 of motion, 9 of adhesion, 2 of the ratio, 3 and 3 in scenes.
+        assert_eq!(together.len(), 12 + 9 + 2 + 3 + 3, "{together:#?}");
+    }
 
     #[test]
     fn rules_of_settling_and_of_loading_are_judged_in_space_too() {

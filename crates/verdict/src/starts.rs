@@ -7,8 +7,8 @@ use grains::model::{Axis, Law, Model, Wall, rotates};
 use grains::native::{self, NativeError, first_contact_punch};
 use grains::rules::Rules;
 use grains::scene::{
-    AfterForce, Cloud, Damping, Material, NewContactSlip, Rotation, Scene, SlipVelocity, Tension,
-    TimeStep, TorqueArms, Viscosity, paper_scene,
+    AdhesionLaw, AfterForce, Cloud, ContactLaw, Damping, Material, NewContactSlip, Rotation, Scene,
+    SlipVelocity, Springs, Tension, TimeStep, TorqueArms, Viscosity, paper_scene,
 };
 use grains::tables::{Bodies, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Seen, Task};
@@ -18,9 +18,10 @@ use evidence::random::Source;
 
 use crate::contacts::at_a_corner;
 use crate::drawn::{
-    COMBINATIONS, ROLLING, contact_in_space, drawn, drawn_contact, drawn_material, spin,
+    ADHESION, COMBINATIONS, ROLLING, contact_in_space, drawn, drawn_contact, drawn_material, spin,
 };
 use crate::excerpt::{Excerpt, STEPS_OF_EXCERPT};
+use crate::spheres::{adhesive, obstacles_of_scene};
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
 pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];
@@ -462,10 +463,14 @@ impl Bed {
         let (name, key) = ("spinning until its rule holds", "excerpt-spins");
         excerpts.extend(Excerpt::until_spins_settle(name, key, &rough, rest)?);
         for number in 1..=DRAWN_EXCERPTS {
-            let (scene, _) = self.drawn_scene(number);
+            let (mut scene, _) = self.drawn_scene(number);
             let name = format!("drawn law {number}, then loading with another");
             let key = format!("excerpt-drawn-{number}");
             let from = from(Start::Pouring, &scene);
+            // Every law of adhesion on every kind of obstacle.
+            if self.scene.in_space() {
+                scene.obstacles = obstacles_of_scene(&scene, &from.bodies, number / 2);
+            }
             excerpts.push(Excerpt::into_loading(&name, &key, &scene, from));
         }
         if self.scene.in_space() {
@@ -563,6 +568,14 @@ impl Bed {
         let alpha = drawn(&mut source, [0.0, 0.2, 0.6, 0.95]);
         scene.loading.damping = Some(Damping::Cundall { alpha });
         (scene.material, scene.contact) = (material, contact);
+        if self.scene.in_space() {
+            let law = [AdhesionLaw::Jkr, AdhesionLaw::Dmt, AdhesionLaw::Pull][number as usize % 3];
+            let contacts = [Some(&mut scene.contact), scene.loading.contact.as_mut()];
+            let of_hertz = |contact: &&mut ContactLaw| contact.springs == Springs::HertzMindlin;
+            for contact in contacts.into_iter().flatten().filter(of_hertz) {
+                adhesive(contact, law, ADHESION);
+            }
+        }
         // Stable with the strongest of these springs and dashpots: else rounding grows in every step.
         scene.time_step = TimeStep::Fraction {
             of_sqrt_m_over_k: STABLE,

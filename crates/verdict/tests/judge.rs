@@ -31,7 +31,11 @@ fn constant(symbol: &str) -> Constant {
 }
 
 fn judged(engine: &mut Engine<'_, NativeError>) -> Judgement {
-    REFERENCE
+    judged_by(&REFERENCE, engine)
+}
+
+fn judged_by(reference: &Reference, engine: &mut Engine<'_, NativeError>) -> Judgement {
+    reference
         .judge(&[], &|_| None, engine, &mut |_| ())
         .unwrap_or_else(|_| panic!("the native engine failed"))
 }
@@ -470,14 +474,33 @@ fn each_form_is_named() {
         }
     }
     tried.extend([Form::LostNear(0.0097), Form::LostFar(0.0103)]);
+    are_named(&REFERENCE, &tried);
+    let in_space = verdict::spheres::reference().expect("a bed");
+    let mut of_space: Vec<Form> = Vec::new();
+    for state in in_space.states() {
+        for form in forms::candidates(&state.case) {
+            let is_rule = matches!(form, Form::Rule(_) | Form::Unread(_));
+            if !is_rule && !tried.contains(&form) && !of_space.contains(&form) {
+                of_space.push(form);
+            }
+        }
+    }
+    are_named(&in_space, &of_space);
+}
+
+fn are_named(reference: &Reference, tried: &[Form]) {
     let mut unnamed = Vec::new();
-    for form in &tried {
-        let judgement = of_variant(&Variant::of(*form));
+    for form in tried {
+        let variant = Variant::of(*form);
+        let judgement = judged_by(reference, &mut |cases| {
+            let run = |at: usize| -> Answer { Ok(variant::run(cases[at], &variant)) };
+            Ok(in_parallel(cases.len(), run))
+        });
         let named = judgement.causes.iter().any(|cause| {
             let mut forms = cause.forms.iter().chain(&cause.also);
             let kind = std::mem::discriminant(form);
             forms.any(|named| match form {
-                Form::Rule(_) => named == form,
+                Form::Rule(_) | Form::TakenFor(..) | Form::FrictionOf(_) => named == form,
                 _ => std::mem::discriminant(named) == kind,
             })
         });

@@ -12,7 +12,7 @@ use crate::rules::{
 };
 use crate::scene::{AdhesionLaw, Rolling, Springs, Tension, Viscosity};
 use crate::tables::Body;
-use crate::variant::Form;
+use crate::variant::{Form, Input, Whose};
 use crate::vector::{Vector, cross, dot, hypot, minus, norm, plus, times};
 
 /// What is the same for two bodies as long as the law is.
@@ -41,19 +41,37 @@ impl Pair {
         -root * root / 3.0
     }
 
-    /// a/√R* of such a contact of radius a at this overlap: the largest root of a²/R* − 2√(πγa/E*) = u, from above by Newton's way.
     fn root(&self, overlap: f64) -> f64 {
-        let energy = self.pull / self.k_n;
-        let mut root = overlap.max(0.0).sqrt() + (16.0 / 9.0 * energy).cbrt();
-        loop {
-            let pulled = 4.0 / 3.0 * (energy * root).sqrt();
-            let next = root - (root * root - pulled - overlap) / (2.0 * root - 0.5 * pulled / root);
-            if next >= root || next.is_nan() {
-                return root;
-            }
-            root = next;
-        }
+        root_of_jkr(self.k_n, self.pull, overlap)
     }
+}
+
+/// r = a/√R* of a contact of Johnson, Kendall and Roberts with the radius a at this overlap u, where F_n/u^1.5 without adhesion is k and
+/// the largest pull P: the largest root of a²/R* − 2√(πγa/E*) = u, from above by Newton's way.
+fn root_of_jkr(k_n: f64, pull: f64, overlap: f64) -> f64 {
+    let energy = pull / k_n;
+    let mut root = overlap.max(0.0).sqrt() + (16.0 / 9.0 * energy).cbrt();
+    loop {
+        let pulled = 4.0 / 3.0 * (energy * root).sqrt();
+        let next = root - (root * root - pulled - overlap) / (2.0 * root - 0.5 * pulled / root);
+        if next >= root || next.is_nan() {
+            return root;
+        }
+        root = next;
+    }
+}
+
+/// r of such a contact and ∫F du from where a is 0, J: 2/5 k r⁵ − 4/3 √(P k) r^3.5 + 2/3 P r².
+pub(crate) fn energy_of_jkr(k_n: f64, pull: f64, overlap: f64) -> (f64, f64) {
+    let root = root_of_jkr(k_n, pull, overlap);
+    let [spring, both] = [
+        0.4 * k_n * root.powi(5),
+        (pull * k_n).sqrt() * root.powf(3.5),
+    ];
+    (
+        root,
+        spring - 4.0 / 3.0 * both + 2.0 / 3.0 * pull * root * root,
+    )
 }
 
 /// A contact's constants at its overlap.
@@ -153,20 +171,26 @@ pub struct Parts {
 }
 
 const NONE: Vector = [0.0; 3];
-/// The largest moment against rolling, N·m. As in YADE, a force of zero limits nothing.
-fn most_moment(rolling: &Rolling, touch: &Touch, force: f64) -> f64 {
-    match rolling.limit {
-        Some(limit) if limit > 0.0 && force > 0.0 => {
-            force * (limit * ((touch.radii[0] + touch.radii[1]) / 2.0))
-        }
-        _ => f64::INFINITY,
-    }
-}
 
 /// What the tangential spring has along the normal is no larger a share of a contact's forces.
 const TOLD_WITH_IT: f64 = 1.0e-6;
 
 impl Reference {
+    /// Both numbers of a contact, or what another engine takes for both.
+    fn numbers(&self, input: Input, first: Body, both: [f64; 2]) -> [f64; 2] {
+        let whose = self.variant.taken_for(input, first);
+        whose.map_or(both, |whose| whose.of_numbers(both))
+    }
+
+    /// The largest moment against rolling, N·m. As in YADE, a force of zero limits nothing.
+    fn most_moment(&self, rolling: &Rolling, touch: &Touch, force: f64) -> f64 {
+        let [one, two] = self.numbers(Input::RollingRadii, touch.first, touch.radii);
+        match rolling.limit {
+            Some(limit) if limit > 0.0 && force > 0.0 => force * (limit * ((one + two) / 2.0)),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// What these bodies have between them; a flat one has the grain's radius.
     pub(super) fn pair(&self, ids: Ids) -> Pair {
         let first = self.constants.ids.body(ids.0);
@@ -179,6 +203,7 @@ impl Reference {
                 let one = ids.0 as usize;
                 let m1 = self.sizes.mass[one];
                 let radii = [one, two].map(|i| self.stiffness_radius[i]);
+                let [m1, m2] = self.numbers(Input::Masses, first, [m1, m2]);
                 (radii, m1 * m2 / (m1 + m2), [one, two].map(material))
             }
             flat => {
@@ -191,11 +216,19 @@ impl Reference {
                 (radii, self.wall_mass(m2), solids)
             }
         };
+        let radii = self.numbers(Input::StiffnessRadii, first, radii);
         let [one, two] = solids;
+        let [of_normal, of_tangential] = [Input::NormalMaterials, Input::TangentialMaterials]
+            .map(|input| self.variant.taken_for(input, first))
+            .map(|whose: Option<Whose>| {
+                whose.map_or(solids, |whose| whose.both(solids, |solid| solid.modulus))
+            });
         let (mut k_n, mut k_s, pull) = match law.contact.springs {
             Springs::Linear => {
-                let [a, b] = [one.modulus * radii[0], two.modulus * radii[1]];
-                let [c, d] = [a * one.stiffness_ratio, b * two.stiffness_ratio];
+                let [[a, b], [c, d]] = [of_normal, of_tangential]
+                    .map(|[one, two]| [one.modulus * radii[0], two.modulus * radii[1]]);
+                let [one, two] = of_tangential;
+                let [c, d] = [c * one.stiffness_ratio, d * two.stiffness_ratio];
                 match law.has_dashpots() {
                     false => (2.0 * a * b / (a + b), 2.0 * c * d / (c + d), 0.0),
                     true => (series(a, b), series(c, d), 0.0),
@@ -206,7 +239,8 @@ impl Reference {
                     WallRadius::Flat if first != Body::Grain => radii[1],
                     _ => radii[0] * radii[1] / (radii[0] + radii[1]),
                 };
-                let [k_n, k_s] = one.hertz_mindlin(two, radius);
+                let [[k_n, _], [_, k_s]] =
+                    [of_normal, of_tangential].map(|[one, two]| one.hertz_mindlin(two, radius));
                 let energy = law.contact.adhesion.unwrap_or(0.0);
                 let pull = match law.holds() {
                     true => 3.0 * PI * radius * energy,
@@ -225,7 +259,6 @@ impl Reference {
         if first == Body::Grain && law.contact.springs == Springs::Linear {
             let [r1, r2] = radii;
             let mean = match self.rules().stiffness_mean {
-                _ if self.has(Form::StiffnessOfFirst) => Some(r1),
                 StiffnessMean::Harmonic => None,
                 StiffnessMean::Arithmetic => Some(0.5 * (r1 + r2)),
                 StiffnessMean::Geometric => Some((r1 * r2).sqrt()),
@@ -238,10 +271,17 @@ impl Reference {
                 k_s *= mean / right;
             }
         }
-        let mut tangent = self.tangents[first as usize];
-        let has_its_own = law.friction_of_its_own(first).is_some();
+        let whose = self.variant.forms.iter().find_map(|form| match form {
+            Form::FrictionOf([at, whose]) if *at == first => Some(*whose),
+            _ => None,
+        });
+        let whose = whose.unwrap_or(first);
+        let mut tangent = self.tangents[whose as usize];
+        let has_its_own = law.friction_of_its_own(whose).is_some();
         if !law.materials.is_empty() && !has_its_own {
-            tangent = one.friction_angle.min(two.friction_angle).tan();
+            let angles = [one.friction_angle, two.friction_angle];
+            let [one, two] = self.numbers(Input::FrictionAngles, first, angles);
+            tangent = one.min(two).tan();
         }
         Pair {
             k_n,
@@ -338,13 +378,21 @@ impl Reference {
             Motion { spin, ..motion }
         };
         let obstacle = || self.obstacle_of(ids.0);
-        let one = match (touch.first, &self.felt) {
+        let mut one = match (touch.first, &self.felt) {
             (Body::Grain, _) => grain(ids.0),
             (Body::Punch, Some(punch)) => Motion::from(punch),
             _ => {
                 obstacle().map_or_else(Motion::default, |obstacle| obstacle.motion_at(touch.point))
             }
         };
+        if touch.first == Body::Wall && self.has(Form::ObstacleSpinUnfelt) {
+            let own = obstacle().map_or(NONE, |obstacle| obstacle.motion.velocity);
+            (one.velocity, one.spin) = (own, NONE);
+        }
+        if touch.first == Body::Wall && self.has(Form::ObstacleVelocityUnfelt) {
+            let own = obstacle().map_or(NONE, |obstacle| obstacle.motion.velocity);
+            one.velocity = minus(one.velocity, own);
+        }
         [one, grain(ids.1)]
     }
 
@@ -507,7 +555,7 @@ impl Reference {
             added: moments(false, None),
             without_limit: moments(false, free.as_ref())[0],
             most_moment: match self.constants.law.contact.rolling {
-                Some(rolling) => most_moment(&rolling, touch, norm(told)),
+                Some(rolling) => self.most_moment(&rolling, touch, norm(told)),
                 None => f64::INFINITY,
             },
         })
@@ -565,9 +613,10 @@ impl Reference {
         let law = &self.constants.law;
         let clips = law.has_dashpots() && self.rules().tension == TensionRule::Cut;
         let speed = || dot(touch.normal, at_contact_point(touch, on));
+        let is_left_out = || self.has(Form::DashpotWhileApproaching) && speed() > 0.0;
         if law.contact.springs == Springs::Linear {
             let mut force = strength.elastic;
-            if law.has_dashpots() {
+            if law.has_dashpots() && !is_left_out() {
                 force -= strength.c_n * speed();
             }
             // A force that is cut has no direction, not that of −0.
@@ -577,7 +626,7 @@ impl Reference {
             };
         }
         let spring = times(strength.elastic - pull, touch.normal);
-        if !law.has_dashpots() {
+        if !law.has_dashpots() || is_left_out() {
             return spring;
         }
         let viscous = times(strength.c_n, times(speed(), touch.normal));
@@ -612,20 +661,27 @@ impl Reference {
         let twist = times(dot(relative, touch.normal), touch.normal);
         let stiffnesses = [rolling.bending_stiffness, rolling.twisting_stiffness];
         let before = remembered.map_or([NONE; 2], |memory| {
-            let bending = self.turned(memory.normal, memory.bending, touch, on);
+            let bending = match self.has(Form::MomentNotTurned) {
+                true => memory.bending,
+                false => self.turned(memory.normal, memory.bending, touch, on),
+            };
             [bending, self.turned_along(memory, touch, on)]
         });
         let rates = [minus(relative, twist), twist];
-        let [mut bending, twisting] = [0, 1].map(|at| {
+        let [mut bending, mut twisting] = [0, 1].map(|at| {
             let way = times(self.constants.dt, rates[at]);
             minus(before[at], times(stiffnesses[at], way))
         });
         let (most, size) = (
-            most_moment(rolling, touch, norm(normal_force)),
+            self.most_moment(rolling, touch, norm(normal_force)),
             norm(bending),
         );
         if self.looks.is_none() && size > most {
             bending = times(most / size, bending);
+        }
+        let size = norm(twisting);
+        if self.has(Form::TwistingLimited) && size > most {
+            twisting = times(most / size, twisting);
         }
         [bending, twisting]
     }
@@ -698,6 +754,10 @@ impl Reference {
             (true, SpringWhenSliding::Limited, _) => cut,
             (true, SpringWhenSliding::Nothing, _) => NONE,
             _ => shear,
+        };
+        let kept = match remembered {
+            Some(memory) if slides && self.has(Form::SlidingKeepsOld) => memory.shear,
+            _ => kept,
         };
         let is_added = match dashpot {
             TangentialDashpot::Beyond => true,
@@ -821,7 +881,8 @@ impl Reference {
         if touch.slip == Slip::ContactPoint {
             return at_contact_point(touch, on);
         }
-        let ([mut r1, mut r2], [one, two]) = (touch.radii, on);
+        let radii = self.numbers(Input::SlipRadii, touch.first, touch.radii);
+        let ([mut r1, mut r2], [one, two]) = (radii, on);
         if touch.first != Body::Grain && self.rules().slip_at_walls == SlipAtWalls::HalfOverlap {
             [r1, r2] = [r1, r2].map(|radius| radius - 0.5 * touch.overlap);
         }
@@ -850,11 +911,12 @@ impl Reference {
             _ => self.rules().torque_arms,
         };
         let turn = cross(touch.normal, on_first);
+        let radii = self.numbers(Input::TorqueArms, touch.first, touch.radii);
         let mut torques = match arms {
-            Arms::WholeRadii => touch.radii.map(|radius| times(radius, turn)),
-            Arms::HalfOverlap | Arms::AsModel => touch
-                .radii
-                .map(|radius| times(radius - 0.5 * touch.overlap, turn)),
+            Arms::WholeRadii => radii.map(|radius| times(radius, turn)),
+            Arms::HalfOverlap | Arms::AsModel => {
+                radii.map(|radius| times(radius - 0.5 * touch.overlap, turn))
+            }
             Arms::ContactPoint => {
                 let [one, two] = on.map(|motion| minus(touch.point, motion.place));
                 [cross(one, on_first), cross(two, force)]
@@ -879,4 +941,28 @@ fn at_contact_point(touch: &Touch, on: [Motion; 2]) -> Vector {
 /// By the C library's `pow`, whose bits YADE has; the compiler may take others for an exponent that it knows.
 fn power(base: f64, exponent: f64) -> f64 {
     base.powf(black_box(exponent))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From the neck to where it presses.
+    #[test]
+    fn the_force_of_jkr_is_the_slope_of_its_energy() {
+        let (k_n, pull) = (2.0e6, 1.0e-3);
+        let force = |overlap: f64| {
+            let root = root_of_jkr(k_n, pull, overlap);
+            ((k_n * root.powi(3)).sqrt() - pull.sqrt()).powi(2) - pull
+        };
+        for overlap in [-2.0e-7, -1.0e-7, 0.0, 1.0e-6, 1.0e-5] {
+            let step = 1.0e-10;
+            let [less, more] = [-step, step].map(|by| energy_of_jkr(k_n, pull, overlap + by).1);
+            let slope = (more - less) / (2.0 * step);
+            assert!(
+                (slope - force(overlap)).abs() < 1.0e-5 * pull,
+                "{overlap}: {slope}"
+            );
+        }
+    }
 }

@@ -238,6 +238,15 @@ fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
     } else {
         more
     };
+    // Half of a term and half of its size are all of it where it pushes, or where it pulls.
+    if let [(one, less), (size, half)] = more
+        && terms[*size].0 == format!("the size of {}", terms[*one].0)
+        && close(*less, -0.5 * terms[*one].1)
+        && close(half.abs(), 0.5)
+    {
+        let way = if *half > 0.0 { "approach" } else { "part" };
+        return format!("with {} only while bodies {way}", terms[*one].0);
+    }
     let gone = |&&(term, more): &&(usize, f64)| terms[term].1 != 0.0 && close(more, -terms[term].1);
     let new = |&&(term, more): &&(usize, f64)| terms[term].1 == 0.0 && close(more, 1.0);
     if let (2, Some(gone), Some(new)) = (more.len(), more.iter().find(gone), more.iter().find(new))
