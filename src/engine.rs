@@ -345,6 +345,20 @@ pub struct Description {
 }
 
 impl Description {
+    /// Of an engine that is no program of somebody else's.
+    fn of_this_program(name: &str, version: String, parts: Vec<Part>) -> Self {
+        Description {
+            protocol: PROTOCOL,
+            name: name.to_owned(),
+            version,
+            parts,
+            approximations: Vec::new(),
+            forms: Vec::new(),
+            rules: Rules::default(),
+            own_law: None,
+        }
+    }
+
     /// Reads what `path` printed when it was asked what it is.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let broken = |error: serde_json::Error| {

@@ -348,13 +348,13 @@ pub fn model(law: Law, dt: f64) -> Model {
 
 /// A wall that holds this coordinate fixed at this place, m.
 pub fn wall(axis: Axis, place: f64) -> Wall {
-    Wall { axis, place }
+    Wall::at(axis, place)
 }
 
 /// The same under this gravity, with this α, and with walls that hold x and z at these places, m.
 pub fn world(law: Law, dt: f64, gravity: [f64; 2], alpha: f64, [x, z]: [&[f64]; 2]) -> Model {
-    let across = x.iter().map(|place| wall(Axis::X, *place));
-    let up = z.iter().map(|place| wall(Axis::Z, *place));
+    let across = x.iter().map(|place| Wall::at(Axis::X, *place));
+    let up = z.iter().map(|place| Wall::at(Axis::Z, *place));
     Model {
         gravity,
         alpha,
@@ -376,13 +376,7 @@ pub fn case(name: &str, model: Model, grains: &[Grain], moments: Vec<u64>) -> Ca
             bodies.inertia.push(grain.inertia);
         }
     }
-    Case {
-        name: name.to_owned(),
-        model,
-        bodies,
-        punch: None,
-        moments,
-    }
+    Case::new(name, model, bodies, moments)
 }
 
 /// A punch with its bottom at this height, moving at this vertical velocity.

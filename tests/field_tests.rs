@@ -20,14 +20,14 @@ const ENGINES: [&str; 4] = ["native", "yade-sorted", "lammps", "liggghts"];
 
 /// Largest value of the checks of this name, and the most that passes there.
 fn largest(checks: &[Check], name: &str) -> (f64, f64) {
-    let of = checks.iter().filter(|check| check.id.ends_with(name));
-    let of = of.map(|check| {
+    let named = checks.iter().filter(|check| check.id.ends_with(name));
+    let values = named.map(|check| {
         (
             check.value.unwrap_or(f64::NAN),
             check.upper.unwrap_or(f64::NAN),
         )
     });
-    of.fold((0.0, 0.0), |most, one| {
+    values.fold((0.0, 0.0), |most, one| {
         if one.0 >= most.0 || one.0.is_nan() {
             one
         } else {

@@ -175,7 +175,7 @@ fn runs_of_spheres_with_friction_and_dashpots_are_followed() {
             .expect("a run")
             .record
             .continued;
-        let double = |of: &Continued| of.is_rounding(Resolution::DOUBLE);
+        let double = |continued: &Continued| continued.is_rounding(Resolution::DOUBLE);
         assert!(
             followed.len() == 1 && double(&followed[0]) || code == 1,
             "{followed:?}"
@@ -408,7 +408,7 @@ dump forces second custom 1 forces fx fy fz id\ndump_modify forces format line \
         let row = |row: &str| {
             let numbers: Vec<f64> = row
                 .split(' ')
-                .map(|of| of.parse().expect("a number"))
+                .map(|text| text.parse().expect("a number"))
                 .collect();
             [numbers[0], numbers[1], numbers[2]]
         };
@@ -441,7 +441,10 @@ dump forces second custom 1 forces fx fy fz id\ndump_modify forces format line \
             Some(e) => {
                 let of_tsuji = [1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218];
                 // c = α√(4/3 E* a m), and k_n is 2E* a.
-                let alpha = of_tsuji.iter().rev().fold(0.0, |sum, of| sum * e + of);
+                let alpha = of_tsuji
+                    .iter()
+                    .rev()
+                    .fold(0.0, |sum, factor| sum * e + factor);
                 let ratio = alpha / (2.0 * 1.5f64.sqrt());
                 Viscosity::Ratio { ratio, tension }
             }
@@ -482,14 +485,20 @@ dump forces second custom 1 forces fx fy fz id\ndump_modify forces format line \
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS")]
 fn lammps_has_the_same_springs_and_adhesion() {
-    let of = |overlaps, slip| TwoSpheres {
+    let pair = |overlaps, slip| TwoSpheres {
         overlaps,
         slip,
         steps: 400,
         restitution: None,
     };
-    let sticks = [of([1.0e-5, 9.0e-5], 2.0e-6), of([1.5e-4, 7.0e-5], 2.0e-6)];
-    let slides = [of([1.5e-4, 1.0e-5], 2.0e-4), of([2.0e-5, -4.0e-6], 4.0e-6)];
+    let sticks = [
+        pair([1.0e-5, 9.0e-5], 2.0e-6),
+        pair([1.5e-4, 7.0e-5], 2.0e-6),
+    ];
+    let slides = [
+        pair([1.5e-4, 1.0e-5], 2.0e-4),
+        pair([2.0e-5, -4.0e-6], 4.0e-6),
+    ];
     let at_once = [2.0e-6, 1.2e-4].map(|overlap| TwoSpheres {
         overlaps: [overlap, overlap - 1.0e-8],
         slip: 0.0,

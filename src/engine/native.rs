@@ -4,12 +4,9 @@ use std::path::Path;
 
 use clap::ValueEnum;
 
-use super::exec::PROTOCOL;
-
 use super::{Description, Engine, EngineError, EngineRecord, Part, Run};
 
 use grains::native::{self, Options};
-use grains::rules::Rules;
 use grains::scene::Scene;
 use grains::task::{Case, Observer, Task};
 use verdict::Answer;
@@ -34,16 +31,12 @@ impl Engine for Options {
     }
 
     fn describe(&self) -> Result<Description, EngineError> {
-        Ok(Description {
-            protocol: PROTOCOL,
-            name: "native".to_owned(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            parts: Part::value_variants().to_vec(),
-            approximations: Vec::new(),
-            forms: Vec::new(),
-            rules: Rules::default(),
-            own_law: None,
-        })
+        let (version, parts) = (env!("CARGO_PKG_VERSION"), Part::value_variants());
+        Ok(Description::of_this_program(
+            "native",
+            version.to_owned(),
+            parts.to_vec(),
+        ))
     }
 
     fn run(

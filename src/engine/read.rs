@@ -539,10 +539,9 @@ impl<'a> Moments<'a> {
             .ok_or_else(|| nonsense(format!("{at}: a contact between bodies that do not exist")))?;
         let across = rows.filter_map(|row| row[CONTACT_COLUMNS..].first_chunk());
         let across: Vec<Across> = across.map(|row| in_space(*row)).collect();
-        let key = |contact: &Contact| (contact.id1, contact.id2);
         for pair in contacts.windows(2) {
-            let (id1, id2) = key(&pair[1]);
-            ensure(key(&pair[0]) < (id1, id2), || {
+            let (id1, id2) = pair[1].ids();
+            ensure(pair[0].ids() < (id1, id2), || {
                 format!(
                     "{at}: the contact of {id1} and {id2} must stand after the pair of the row before"
                 )
@@ -552,7 +551,7 @@ impl<'a> Moments<'a> {
         for contact in &contacts {
             let planar = contact.normal[0].hypot(contact.normal[1]);
             let off = (planar.hypot(ys.next().unwrap_or(0.0)) - 1.0).abs();
-            let (id1, id2) = key(contact);
+            let (id1, id2) = contact.ids();
             ensure(off <= text::NORMAL_TOLERANCE, || {
                 format!("{at}: the normal of {id1} and {id2} must be of length 1")
             })?;

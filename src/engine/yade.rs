@@ -93,16 +93,13 @@ impl Engine for Options {
         let work = work_folder().map_err(ProgramError::File)?;
         let (_, version) = run_cases(&[], self, work.path(), &mut ())?;
         let parts = Part::value_variants().iter().copied();
-        Ok(Description {
-            protocol: exec::PROTOCOL,
-            name: "YADE".to_owned(),
-            version: format!("{version}, {} loop", self.order()),
-            parts: parts.filter(|part| !LACKED.contains(part)).collect(),
-            approximations: Vec::new(),
-            forms: Vec::new(),
-            rules: Rules::default(),
-            own_law: None,
-        })
+        let version = format!("{version}, {} loop", self.order());
+        let parts = parts.filter(|part| !LACKED.contains(part));
+        Ok(Description::of_this_program(
+            "YADE",
+            version,
+            parts.collect(),
+        ))
     }
 
     fn lacks(&self, scene: &Scene, _task: &Task) -> Option<String> {

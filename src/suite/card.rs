@@ -15,7 +15,7 @@ use crate::document::{Document, Plot, Section};
 use crate::engine::{Description, Engine, EngineError, ProgramError};
 use crate::files::work_folder;
 use crate::suite::Track;
-use asked::{Kind, Quantity, quantities};
+use asked::{About, Kind, Quantity, quantities};
 use grains::constant::Constant;
 use grains::rules::{Choice, Rules};
 use grains::task::Case;
@@ -99,18 +99,8 @@ impl Otherwise {
 /// A row of the card.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    pub key: String,
-    pub name: String,
-    pub unit: String,
-    pub place: String,
-    /// By which law, and where.
-    #[serde(skip)]
-    kind: Kind,
-    /// What is larger or smaller in the row's twin, and how much of it there is in this one.
-    #[serde(skip)]
-    rate: Option<(&'static str, f64)>,
-    /// What the model says.
-    pub asked: f64,
+    #[serde(flatten)]
+    about: About,
     /// What the native engine's trajectory shows under the model's rules; it is not exactly what was asked where time has steps.
     pub right: f64,
     /// What this engine's shows; none where it was not asked.
@@ -175,18 +165,7 @@ pub fn card(engine: &dyn Engine) -> Result<Card, EngineError> {
 impl Quantity {
     fn row(&self, answer: Result<Track, String>, declared: Rules) -> Row {
         let mut row = Row {
-            key: format!(
-                "{}{}/{}",
-                self.kind.key(),
-                self.key,
-                self.place.replace(' ', "-")
-            ),
-            name: self.name.clone(),
-            kind: self.kind,
-            rate: self.rate,
-            unit: self.unit.to_owned(),
-            place: self.place.to_owned(),
-            asked: self.asked,
+            about: self.about.clone(),
             right: self.of(&Variant::default()),
             shown: None,
             why: String::new(),
@@ -245,7 +224,7 @@ impl Row {
 
     /// What it is of, at whatever speed.
     fn constant(&self) -> &str {
-        self.name.split(", ").next().unwrap_or_default()
+        self.about.name.split(", ").next().unwrap_or_default()
     }
 
     /// What is shown over what is right, in words.
@@ -323,11 +302,14 @@ fn tell_causes(all: &[Quantity], rows: &mut [Row], declared: Rules) {
         let best = found.iter().filter(|(_, count)| *count == most && most > 0);
         let names: Vec<String> = best.map(|(one, _)| one.name()).collect();
         if !names.is_empty() {
-            told.push((row.key.clone(), format!("as with {}", names.join(", or "))));
+            told.push((
+                row.about.key.clone(),
+                format!("as with {}", names.join(", or ")),
+            ));
         }
     }
     for (key, why) in told {
-        for row in rows.iter_mut().filter(|row| row.key == key) {
+        for row in rows.iter_mut().filter(|row| row.about.key == key) {
             row.why.clone_from(&why);
         }
     }
@@ -338,16 +320,15 @@ fn tell_powers(rows: &mut [Row]) {
     let wrong = |row: &Row| row.why.ends_with(IS_RIGHT);
     for at in 0..rows.len() {
         let row = &rows[at];
-        let Some((what, rate)) = row.rate.filter(|_| wrong(row)) else {
+        let Some((what, rate)) = row.about.rate.filter(|_| wrong(row)) else {
             continue;
         };
         let mut twins = rows.iter().filter_map(|other| {
-            let same = (other.kind, &other.place) == (row.kind, &row.place);
-            let (number, other_rate) = other
-                .rate
-                .filter(|_| same && other.constant() == row.constant())?;
+            let same = (other.about.kind, other.about.place) == (row.about.kind, row.about.place);
+            let (number, other_rate) = other.about.rate.filter(|_| same)?;
+            let same = same && other.constant() == row.constant();
             let power = (row.times() / other.times()).ln() / (rate / other_rate).ln();
-            (number == what && other_rate != rate).then_some(power)
+            (same && number == what && other_rate != rate).then_some(power)
         });
         let power = twins.next().unwrap_or(f64::NAN);
         let whole = 0.5 * (2.0 * power).round();
@@ -366,14 +347,19 @@ fn tell_powers(rows: &mut [Row]) {
 impl Card {
     pub fn checks(&self) -> Vec<Check> {
         let check = |row: &Row| {
-            let words = format!("{}, {}", row.name, row.place);
-            let check = Check::of_words(format!("card/{}", row.key), &words, row.outcome, &row.why);
+            let words = format!("{}, {}", row.about.name, row.about.place);
+            let check = Check::of_words(
+                format!("card/{}", row.about.key),
+                &words,
+                row.outcome,
+                &row.why,
+            );
             let mut check = check.with_limits(
                 row.shown.unwrap_or(f64::NAN),
                 row.right,
                 Some(TOLERANCE * row.right.abs()),
             );
-            check.unit.clone_from(&row.unit);
+            row.about.unit.clone_into(&mut check.unit);
             check
         };
         self.rows.iter().map(check).collect()
@@ -398,7 +384,7 @@ impl Card {
         let about = "Read from how grains move from one step to the next; forces that the engine writes play no part. Right is what the same \
                      reading gives of the native engine, whose steps are the same. In space normals and tangents are askew to the axes.";
         let sections = Kind::ALL.into_iter().filter_map(|kind| {
-            let own = self.rows.iter().filter(|row| row.kind == kind);
+            let own = self.rows.iter().filter(|row| row.about.kind == kind);
             let own: Vec<&Row> = own.collect();
             (!own.is_empty()).then(|| section(kind, &own))
         });
@@ -451,15 +437,19 @@ fn causes(wrong: &[&Row]) -> String {
             None => told.push((row, 1)),
         }
     }
-    told.sort_by_key(|(row, _)| has_none(row) && !row.name.contains(OF_BOTH));
+    told.sort_by_key(|(row, _)| has_none(row) && !row.about.name.contains(OF_BOTH));
     let rest: usize = told.iter().skip(TOLD).map(|(_, count)| count).sum();
     let words = told.iter().take(TOLD).map(|(row, count)| {
-        let in_space = if row.kind.in_space() { " in space" } else { "" };
+        let in_space = if row.about.kind.in_space() {
+            " in space"
+        } else {
+            ""
+        };
         let likewise = match count {
             1 => String::new(),
             _ => format!(" ({} more)", count - 1),
         };
-        let (name, place, why) = (&row.name, &row.place, &row.why);
+        let (name, place, why) = (&row.about.name, &row.about.place, &row.why);
         format!("{name} at {place}{in_space}: {why}{likewise}")
     });
     let mut words: Vec<String> = words.collect();
@@ -472,13 +462,13 @@ fn causes(wrong: &[&Row]) -> String {
 /// A row for each.
 fn table<'a>(name: &str, title: &str, rows: impl IntoIterator<Item = &'a Row>) -> Table {
     let columns = Table::of(name, title, rows)
-        .column("constant", |row: &Row| &row.name)
-        .column("at", |row: &Row| &row.place)
-        .column("where", |row: &Row| row.kind.name())
-        .column("asked", |row: &Row| row.asked)
+        .column("constant", |row: &Row| &row.about.name)
+        .column("at", |row: &Row| row.about.place)
+        .column("where", |row: &Row| row.about.kind.name())
+        .column("asked", |row: &Row| row.about.asked)
         .column("right", |row: &Row| row.right)
         .column("shown", |row: &Row| row.shown)
-        .column("unit", |row: &Row| &row.unit)
+        .column("unit", |row: &Row| row.about.unit)
         .column("which is", |row: &Row| &row.why);
     columns.into()
 }
@@ -486,13 +476,13 @@ fn table<'a>(name: &str, title: &str, rows: impl IntoIterator<Item = &'a Row>) -
 /// A row for each constant and a column for each place.
 fn section(kind: Kind, rows: &[&Row]) -> Section {
     let mut names: Vec<&String> = Vec::new();
-    let mut places: Vec<&String> = Vec::new();
+    let mut places: Vec<&str> = Vec::new();
     for row in rows {
-        if !names.contains(&&row.name) {
-            names.push(&row.name);
+        if !names.contains(&&row.about.name) {
+            names.push(&row.about.name);
         }
-        if !places.contains(&&row.place) {
-            places.push(&row.place);
+        if !places.contains(&row.about.place) {
+            places.push(row.about.place);
         }
     }
     let name = ["card-plane", "card-linear", "card-hertz"][kind as usize];
@@ -502,7 +492,7 @@ fn section(kind: Kind, rows: &[&Row]) -> Section {
         table = table.column(place, |name: &String| {
             let cells = rows
                 .iter()
-                .filter(|row| (&row.name, &row.place) == (name, place));
+                .filter(|row| (&row.about.name, row.about.place) == (name, place));
             cells.fold(Cell::Missing, |cell, row| match (row.outcome, cell) {
                 (Outcome::Skipped, cell) => cell,
                 (Outcome::Pass, cell @ (Cell::Text(_) | Cell::Outcome(_))) => cell,

@@ -212,31 +212,22 @@ pub fn conformance(
     beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
-    let described = engine.describe()?;
-    if described.own_law.is_some() {
-        let mut found = Conformance {
-            engine: described,
-            checks: Vec::new(),
-            first_steps: None,
-        };
+    let mut found = Conformance {
+        engine: engine.describe()?,
+        checks: Vec::new(),
+        first_steps: None,
+    };
+    if found.engine.own_law.is_some() {
         against_itself(engine, beds, &mut found, progress)?;
         return Ok(found);
     }
-    let first_steps = if described.has(Part::Cases) {
-        first_steps::first_steps(engine, beds, progress).map_err(Trouble::from)
-    } else {
-        Err(Trouble::Skipped(
-            "the engine says that it has no lists of small experiments (cases)".to_owned(),
-        ))
+    let first_steps = match found.engine.has(Part::Cases) {
+        true => first_steps::first_steps(engine, beds, progress).map_err(Trouble::from),
+        false => Err(has_no_cases()),
     };
     // The jobs allow what double precision needs.
     let resolution = first_steps.as_ref().map(|judgement| judgement.resolution);
     let single = resolution.is_ok_and(|resolution| !resolution.is_double());
-    let mut found = Conformance {
-        engine: described,
-        checks: Vec::new(),
-        first_steps: None,
-    };
     if engine.is_of_this_program() {
         return match first_steps {
             Ok(first_steps) => Ok(found.with(first_steps)),
@@ -291,9 +282,7 @@ fn against_itself(
     progress: &mut dyn FnMut(&str),
 ) -> Result<(), EngineError> {
     if !found.engine.has(Part::Cases) {
-        let why = "the engine says that it has no lists of small experiments (cases)";
-        let skipped = Err(Trouble::Skipped(why.to_owned()));
-        return found.add("itself/cases", "held against itself", skipped);
+        return found.add("itself/cases", "held against itself", Err(has_no_cases()));
     }
     let own = found.engine.own_law.clone();
     let lacks = |case: &Case| engine.lacks_for(case);
@@ -364,6 +353,11 @@ fn in_engine(engine: &dyn Engine, job: &Job) -> Result<Story, EngineError> {
     let run = engine.run(&job.scene, &job.task, work.path(), &mut story.moments)?;
     story.stages = run.outcome.stages;
     Ok(story)
+}
+
+fn has_no_cases() -> Trouble {
+    let why = "the engine says that it has no lists of small experiments (cases)";
+    Trouble::Skipped(why.to_owned())
 }
 
 /// Whether the engine says that it has everything that is asked.
@@ -494,12 +488,12 @@ fn cases(engine: &dyn Engine, single: bool) -> Said {
 }
 
 fn contacts_agree(job: &Job, theirs: &Snapshot, native: &Snapshot) -> Result<(), String> {
-    let pairs = |snapshot: &Snapshot| -> Vec<(u32, u32)> {
+    let pairs = |snapshot: &Snapshot| {
         snapshot
             .contacts
             .iter()
-            .map(|contact| (contact.id1, contact.id2))
-            .collect()
+            .map(Contact::ids)
+            .collect::<Vec<_>>()
     };
     let (found, wanted) = (pairs(theirs), pairs(native));
     if let Some((one, two)) = wanted.iter().find(|pair| !found.contains(pair)) {

@@ -64,10 +64,8 @@ pub mod crowd {
     pub fn laws() -> [(&'static str, Law); 2] {
         let [modulus, time] = modulus_and_time();
         let friction = suite::friction(modulus, 0.5, 0.4);
-        let viscosity = Viscosity::Dashpot {
-            c_n: 0.1 * modulus * RADIUS * time,
-            tension: Tension::Clipped,
-        };
+        let c_n = 0.1 * modulus * RADIUS * time;
+        let viscosity = Viscosity::dashpot(c_n, Tension::Clipped);
         let dashpots = suite::with_viscosity(friction.clone(), viscosity);
         [("friction", friction), ("friction-and-dashpots", dashpots)]
     }
@@ -202,7 +200,7 @@ fn kinks(case: &Case, track: &Track) -> f64 {
             let stiffness = stiffness(case, contact);
             let stored = 0.5 * stiffness * contact.overlap * contact.overlap;
             let turn = case.model.dt * (stiffness * lightness).sqrt();
-            let ids = (contact.id1, contact.id2);
+            let ids = contact.ids();
             let peak = open.remove(&ids).unwrap_or(0.0);
             closed.insert(ids, f64::max(peak, 0.25 * turn * turn * stored));
         }
@@ -295,8 +293,7 @@ mod tests {
                 case.moments = (0..=100).map(|i| i * last / 100).collect();
                 let track = run_case(&case, None).expect("a sound case");
                 let contacts = track.iter().flat_map(|at| &at.contacts);
-                let pairs: BTreeSet<_> =
-                    contacts.map(|contact| (contact.id1, contact.id2)).collect();
+                let pairs: BTreeSet<_> = contacts.map(Contact::ids).collect();
                 let grains = case.bodies.len();
                 assert!(pairs.len() > grains, "{}: {}", case.name, pairs.len());
             }

@@ -132,10 +132,7 @@ fn differing_loads(cross: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) 
 
 /// Contacts at one kind of place over all moments.
 fn contacts_at(place: Place, cross: &CrossCase, one: &Track, other: &Track) -> Count {
-    let ids = BodyIds {
-        grains: cross.case.bodies.len() as u32,
-        walls: cross.case.model.walls_and_obstacles(),
-    };
+    let ids = cross.case.ids();
     let pick = |moment: &Snapshot| -> Vec<Contact> {
         let there = |contact: &&Contact| Place::of(contact, moment, ids) == Some(place);
         moment.contacts.iter().filter(there).copied().collect()
@@ -236,10 +233,7 @@ fn laws() -> [(&'static str, &'static str, Law); 8] {
     };
     let mut blocked = friction(MODULUS, 0.7, 0.4);
     blocked.contact.rotation = Rotation::Blocked;
-    let dashpot = |law| {
-        let tension = Tension::Clipped;
-        with_viscosity(law, Viscosity::Dashpot { c_n: 37.3, tension })
-    };
+    let dashpot = |law| with_viscosity(law, Viscosity::dashpot(37.3, Tension::Clipped));
     [
         ("frictionless", "normal springs only", springs(MODULUS)),
         (
@@ -365,23 +359,15 @@ pub fn viscous(grains: u32) -> Scene {
     let radius = 0.5 * scene.particles.mean_diameter;
     let stiffness = scene.material.youngs_modulus * radius;
     let effective_mass = 0.5 * scene.grain_mass(radius);
-    let viscosity = Viscosity::Dashpot {
-        c_n: 0.3 * 2.0 * (effective_mass * stiffness).sqrt(),
-        tension: Tension::Clipped,
-    };
+    let c_n = 0.3 * 2.0 * (effective_mass * stiffness).sqrt();
+    let viscosity = Viscosity::dashpot(c_n, Tension::Clipped);
     scene.contact = suite::with_viscosity(suite::springs(1.0), viscosity).contact;
     scene
 }
 
 /// The scene's cloud, poured and looked at in these moments.
 pub fn poured(name: String, scene: &Scene, moments: Vec<u64>) -> Case {
-    Case {
-        name,
-        model: Model::of(scene),
-        bodies: initial_bodies(scene),
-        punch: None,
-        moments,
-    }
+    Case::new(name, Model::of(scene), initial_bodies(scene), moments)
 }
 
 /// A bed that the native engine poured, with the punch set on it; none if that failed, which a case

@@ -6,7 +6,7 @@ use grains::rules::Rules;
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
 use grains::variant::{Variant, run};
-use grains::vector::{hypot, plus, times};
+use grains::vector::{hypot, minus, times};
 
 /// How far an engine may be from the model's step, over the largest speed, way or force of a case.
 pub const ROUNDING: f64 = 1.0e-11;
@@ -96,20 +96,13 @@ pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 /// contacts, at the end velocities and spins too. Before, these would show the half step by which they are behind places.
 pub fn numbers(case: &Case, track: &Track) -> Vec<f64> {
     let start = &case.bodies;
-    let state = |bodies: &Bodies, id: usize| {
-        let at = |column: &Vec<f64>| column.get(id).copied().unwrap_or(0.0);
-        let place = [&bodies.x, &bodies.y, &bodies.z].map(at);
-        let velocity = [&bodies.vx, &bodies.vy, &bodies.vz].map(at);
-        let spin = [&bodies.spin_x, &bodies.spin, &bodies.spin_z].map(at);
-        (place, velocity, times(start.radius[id], spin))
-    };
+    let surface = |bodies: &Bodies, id: usize| times(start.radius[id], bodies.angular_velocity(id));
     let ids = 0..start.len();
     let time = case.model.dt * case.moments.last().copied().unwrap_or(1) as f64;
     let pull = hypot([case.model.gravity[0], 0.0, case.model.gravity[1]]) * time;
-    let fastest = ids.clone().map(|id| {
-        let (_, velocity, spin) = state(start, id);
-        hypot(velocity) + hypot(spin)
-    });
+    let fastest = ids
+        .clone()
+        .map(|id| hypot(start.velocity(id)) + hypot(surface(start, id)));
     let speed = fastest.fold(pull, f64::max);
     let lightest = start.mass.iter().copied().fold(f64::INFINITY, f64::min);
     let is_held = lightest > 1.0e12;
@@ -128,10 +121,11 @@ pub fn numbers(case: &Case, track: &Track) -> Vec<f64> {
     let last = case.moments.len() - 1;
     let later = track.iter().enumerate().skip(1).flat_map(|(at, snapshot)| {
         let of_bodies = ids.clone().flat_map(|id| {
-            let (place, velocity, spin) = state(&snapshot.bodies, id);
-            let (from, ..) = state(start, id);
-            let way = times(1.0 / (speed * time), plus(place, times(-1.0, from)));
-            let motion = [velocity, spin].map(|vector| times(1.0 / speed, vector));
+            let bodies = &snapshot.bodies;
+            let way = minus(bodies.position(id), start.position(id));
+            let way = times(1.0 / (speed * time), way);
+            let motion = [bodies.velocity(id), surface(bodies, id)];
+            let motion = motion.map(|vector| times(1.0 / speed, vector));
             let all = [way, motion[0], motion[1]].into_iter();
             all.take(if at == last { 3 } else { 1 })
                 .flatten()

@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 use super::exact::{Known, ROUNDING, largest_difference, numbers};
-use super::{CaseGroup, at, springs, wall, world};
-use grains::model::{Axis, Law, Model, Solid};
+use super::{CaseGroup, at, springs, world};
+use grains::model::{Axis, Law, Model, Solid, Wall};
 use grains::rules::{Rules, WallRadius, WallStiffness};
 use grains::scene::{AdhesionLaw, Rolling, Springs, Tension, TorqueArms, Viscosity};
 use grains::tables::Bodies;
@@ -299,10 +299,7 @@ fn impact(
 ) -> Impact {
     let mut law = hertz_mindlin(modulus, poissons_ratio, friction.atan());
     if e < 1.0 {
-        law.contact.viscosity = Viscosity::Restitution {
-            e_n: e,
-            tension: Tension::Clipped,
-        };
+        law.contact.viscosity = Viscosity::restitution(e, Tension::Clipped);
     }
     // About the axis that lets the surface run along [`WAY`].
     let turn = |spin: f64| times(spin, [-WAY[1], WAY[0], 0.0]);
@@ -336,7 +333,7 @@ fn impact(
     let moving = plus(times(along, WAY), [0.0, 0.0, -approach]);
     match spheres.get_mut(1) {
         None => {
-            model.walls.push(wall(Axis::Z, 0.0));
+            model.walls.push(Wall::at(Axis::Z, 0.0));
             spheres[0].place[2] = radius + gap;
             spheres[0].velocity = moving;
         }
@@ -398,13 +395,7 @@ pub(crate) fn case(name: &str, model: Model, spheres: &[Sphere], moments: Vec<u6
         bodies.spin_z = column(&|sphere| sphere.spin[2]);
         bodies.inertia = column(&|sphere| 0.4 * sphere.mass * sphere.radius * sphere.radius);
     }
-    Case {
-        name: name.to_owned(),
-        model,
-        bodies,
-        punch: None,
-        moments,
-    }
+    Case::new(name, model, bodies, moments)
 }
 
 /// The models of other suites, and prescribed motions: id, title and cases.
@@ -412,27 +403,30 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
     let soft = |friction: f64| hertz_mindlin(1.0e7, 0.3, friction);
     let ball = |height: f64| Sphere::new([0.0, 0.0, height], 0.005, 2500.0);
     let damped = |mut law: Law, e_n: f64| {
-        law.contact.viscosity = Viscosity::Restitution {
-            e_n,
-            tension: Tension::Clipped,
-        };
+        law.contact.viscosity = Viscosity::restitution(e_n, Tension::Clipped);
         law
     };
     let moments = |end: u64| [0, 1, end / 8, end / 4, end / 2, end].to_vec();
-    let on_floor = |law: Law, gravity: [f64; 2]| {
-        let mut model = world(law, 2.0e-6, gravity, 0.0, [&[], &[0.0]]);
-        model.rules = rules;
-        model
+    let on_floor = |law: Law, gravity: [f64; 2]| Model {
+        rules,
+        ..world(law, 2.0e-6, gravity, 0.0, [&[], &[0.0]])
     };
-    let free = |law: Law| {
-        let mut model = world(law, 2.0e-6, [0.0; 2], 0.0, [&[], &[]]);
-        model.rules = rules;
-        model
+    let free = |law: Law| Model {
+        rules,
+        ..world(law, 2.0e-6, [0.0; 2], 0.0, [&[], &[]])
     };
     let weight = [0.0, -9.81];
+    // One sphere on the floor.
+    let on = |name: &str, law: Law, gravity: [f64; 2], sphere: Sphere, end: u64| {
+        case(name, on_floor(law, gravity), &[sphere], moments(end))
+    };
     let incline = [9.81 * 0.3f64.sin(), -9.81 * 0.3f64.cos()];
     // Pressed by its weight alone.
     let sunk = 0.005 - 2.0e-7;
+    let slipping = ball(sunk).moving(times(0.02, WAY));
+    let swinging = ball(sunk)
+        .moving(times(0.05, WAY))
+        .spinning([-6.0, 8.0, 0.0]);
     let rolling = |limit: Option<f64>, stiffer: f64| Rolling {
         bending_stiffness: 2.0e-3 * stiffer,
         twisting_stiffness: 1.0e-3,
@@ -446,21 +440,20 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
     let linear = |c_n: f64, friction_angle: f64| {
         let mut law = springs(1.0e6);
         law.friction_angle = friction_angle;
-        law.contact.viscosity = Viscosity::Dashpot {
-            c_n,
-            tension: Tension::Clipped,
-        };
+        law.contact.viscosity = Viscosity::dashpot(c_n, Tension::Clipped);
         law.contact.torque_arms = TorqueArms::ContactPoint;
         law
     };
     let squeezed = {
         let mut model = on_floor(linear(0.05, 0.0), weight);
-        model.walls.push(wall(Axis::Z, 0.0197));
+        model.walls.push(Wall::at(Axis::Z, 0.0197));
         model
     };
     let corner = {
         let mut model = on_floor(damped(soft(0.4), 0.6), weight);
-        model.walls.extend([wall(Axis::X, 0.0), wall(Axis::Y, 0.0)]);
+        model
+            .walls
+            .extend([Wall::at(Axis::X, 0.0), Wall::at(Axis::Y, 0.0)]);
         model
     };
     let in_corner = Sphere::new([0.006, 0.0055, 0.005], 0.005, 2500.0)
@@ -516,18 +509,8 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
             "mfix-dem-01",
             "MFiX DEM01 and LAMMPS' freefall: a sphere falls, bounces on springs and dashpots, linear and Hertz's",
             vec![
-                case(
-                    "linear",
-                    on_floor(linear(0.05, 0.0), weight),
-                    &[ball(0.0055)],
-                    moments(8000),
-                ),
-                case(
-                    "hertz",
-                    on_floor(damped(soft(0.0), 0.9), weight),
-                    &[ball(0.0055)],
-                    moments(8000),
-                ),
+                on("linear", linear(0.05, 0.0), weight, ball(0.0055), 8000),
+                on("hertz", damped(soft(0.0), 0.9), weight, ball(0.0055), 8000),
             ],
         ),
         (
@@ -552,17 +535,13 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
             "mfix-dem-04",
             "MFiX DEM04 and LAMMPS' slip: a sphere slips on a plane until it rolls",
             vec![
-                case(
-                    "slips",
-                    on_floor(damped(soft(0.2), 0.5), weight),
-                    &[ball(sunk).moving(times(0.02, WAY))],
-                    moments(6000),
-                ),
-                case(
+                on("slips", damped(soft(0.2), 0.5), weight, slipping, 6000),
+                on(
                     "spins",
-                    on_floor(damped(soft(0.2), 0.5), weight),
-                    &[ball(sunk).spinning([3.0, 2.0, 5.0])],
-                    moments(6000),
+                    damped(soft(0.2), 0.5),
+                    weight,
+                    ball(sunk).spinning([3.0, 2.0, 5.0]),
+                    6000,
                 ),
             ],
         ),
@@ -570,33 +549,21 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
             "lammps-rolling",
             "LAMMPS' rolling decay, incline and twist decay: moments against rolling and twisting",
             vec![
-                case(
+                on(
                     "decay",
-                    on_floor(rolls(Some(0.02), 1.0), weight),
-                    &[ball(sunk)
-                        .moving(times(0.02, WAY))
-                        .spinning([-2.4, 3.2, 0.0])],
-                    moments(6000),
+                    rolls(Some(0.02), 1.0),
+                    weight,
+                    slipping.spinning([-2.4, 3.2, 0.0]),
+                    6000,
                 ),
-                case(
-                    "incline",
-                    on_floor(rolls(Some(0.1), 1.0), incline),
-                    &[ball(sunk)],
-                    moments(6000),
-                ),
-                case(
-                    "swings",
-                    on_floor(rolls(None, 25.0), weight),
-                    &[ball(sunk)
-                        .moving(times(0.05, WAY))
-                        .spinning([-6.0, 8.0, 0.0])],
-                    moments(6000),
-                ),
-                case(
+                on("incline", rolls(Some(0.1), 1.0), incline, ball(sunk), 6000),
+                on("swings", rolls(None, 25.0), weight, swinging, 6000),
+                on(
                     "twist",
-                    on_floor(rolls(None, 1.0), weight),
-                    &[ball(sunk).spinning([0.0, 0.0, 5.0])],
-                    moments(6000),
+                    rolls(None, 1.0),
+                    weight,
+                    ball(sunk).spinning([0.0, 0.0, 5.0]),
+                    6000,
                 ),
             ],
         ),

@@ -87,7 +87,7 @@ impl Pile {
 
     /// Every contact force that statics gives: as it is over as it should be.
     fn statics(&self, at: &Snapshot) -> Vec<f64> {
-        let is_given = |contact: &&Contact| self.given.contains(&(contact.id1, contact.id2));
+        let is_given = |contact: &&Contact| self.given.contains(&contact.ids());
         let given = at.contacts.iter().filter(is_given);
         let mut solved: Vec<(&Contact, f64)> = given
             .map(|contact| (contact, contact.normal_force))

@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 
 use super::conservation::crowd;
 use crate::suite::{self, CaseGroup, Evidence, Track, furthest};
-use grains::model::{Axis, Law, Wall};
-use grains::tables::{Bodies, Contact, Punch, Snapshot};
+use grains::model::Law;
+use grains::tables::{Bodies, Contact, Snapshot};
 use grains::task::Case;
+use verdict::frame::Frame;
 
 /// Steps, and the moments that are looked at.
 const STEPS: u64 = 800;
@@ -20,7 +21,7 @@ const MOMENTS: [u64; 3] = [200, 400, STEPS];
 const GROWTH: f64 = 6.0e4;
 /// Grains along a side, and all of them.
 const SIDE: usize = 4;
-const COUNT: usize = SIDE * SIDE;
+const COUNT: u32 = (SIDE * SIDE) as u32;
 /// How far the grains get from the origin, m.
 const SIZE: f64 = 0.11;
 
@@ -36,61 +37,49 @@ pub fn rounded() -> Vec<CaseGroup> {
 }
 
 fn groups_where(rounded: impl Fn(Option<f64>) -> Option<f64>) -> Vec<CaseGroup> {
-    let group = |id, title, frame, make: fn(&str, &Law) -> Case, size| {
-        group(id, title, frame, make, rounded(size))
+    let group = |id, title, seen, make: fn(&str, &Law) -> Case, size| {
+        group(id, title, seen, make, rounded(size))
     };
     let punched: fn(&str, &Law) -> Case = |name, law| bed(name, law, true);
     let open: fn(&str, &Law) -> Case = |name, law| bed(name, law, false);
-    let shift = [0.125, 0.25];
+    const UP: f64 = 0.25;
     vec![
         group(
             "mirror",
             "A bed under a punch in the mirror: the same bits, x and spins negated",
-            Frame {
-                turn: [[-1.0, 0.0], [0.0, 1.0]],
-                ..Frame::SAME
-            },
+            Frame::MIRRORED.into(),
             punched,
             None,
         ),
         group(
             "quarter-turn",
             "A bed with walls and gravity turned by 90°: the same bits, turned",
-            Frame {
-                turn: [[0.0, 1.0], [-1.0, 0.0]],
-                ..Frame::SAME
-            },
+            Frame::TURNED.back().into(),
             open,
             None,
         ),
         group(
             "shift",
             "A bed under a punch put elsewhere",
-            Frame {
-                shift,
-                ..Frame::SAME
-            },
+            Frame::shifted([0.125, 0.0, UP]).into(),
             punched,
-            Some(shift[1] + SIZE),
+            Some(UP + SIZE),
         ),
         // Only sums of forces are rounded differently, and a force is k times a tenth of a radius at most.
         group(
             "other-numbers",
             "A bed under a punch whose grains have other numbers: forces are added in another order",
-            Frame {
-                // 5 and 16 have no common divisor.
-                numbers: (0..COUNT).map(|id| (5 * id + 3) % COUNT).collect(),
-                ..Frame::SAME
-            },
+            // 5 and 16 have no common divisor.
+            Frame::with_ids((0..COUNT).map(|id| (5 * id + 3) % COUNT).collect()).into(),
             punched,
             Some(0.1 * crowd::RADIUS),
         ),
         group(
             "moving-frame",
             "Grains that run into each other, seen from a moving frame",
-            Frame {
+            Seen {
+                frame: Frame::HERE,
                 drift: [0.5, -0.25],
-                ..Frame::SAME
             },
             gas,
             Some(SIZE),
@@ -139,7 +128,7 @@ fn tolerances(size: f64) -> [f64; 4] {
 fn group(
     id: &'static str,
     title: &'static str,
-    frame: Frame,
+    seen: Seen,
     make: fn(&str, &Law) -> Case,
     rounded: Option<f64>,
 ) -> CaseGroup {
@@ -147,10 +136,10 @@ fn group(
     group.evidence = Evidence::Symmetry;
     for (law_name, law) in crowd::laws() {
         let case = make(law_name, &law);
-        let other = frame.case(&format!("{law_name}, {id}"), &case);
-        let frame = frame.clone();
+        let other = seen.case(&format!("{law_name}, {id}"), &case);
+        let seen = seen.clone();
         group = group.with_all(law_name, [case, other], move |pair, figures| {
-            let found = frame.differences(dt(), &pair[0], &pair[1]);
+            let found = seen.differences(dt(), &pair[0], &pair[1]);
             let allowed = rounded.map_or([0.0; 4], tolerances);
             figures.because(match rounded {
                 None => "the same operations on the same numbers: no difference at all",
@@ -173,108 +162,45 @@ fn group(
     group
 }
 
-/// Another frame: x′ = Mx + shift + drift·t, and another order of the grains.
+/// Another frame, which may move, m/s.
 #[derive(Debug, Clone)]
-struct Frame {
-    /// M, rows; one ±1 in each row and column, so that it never rounds.
-    turn: [[f64; 2]; 2],
-    /// m.
-    shift: [f64; 2],
-    /// m/s.
+struct Seen {
+    frame: Frame,
     drift: [f64; 2],
-    /// The new number of each grain; empty if they keep theirs.
-    numbers: Vec<usize>,
 }
 
-impl Frame {
-    /// The frame in which nothing is any different.
-    const SAME: Frame = Frame {
-        turn: [[1.0, 0.0], [0.0, 1.0]],
-        shift: [0.0; 2],
-        drift: [0.0; 2],
-        numbers: Vec::new(),
-    };
-
-    fn turned(&self, [x, z]: [f64; 2]) -> [f64; 2] {
-        self.turn.map(|row| row[0] * x + row[1] * z)
+impl From<Frame> for Seen {
+    fn from(frame: Frame) -> Self {
+        Seen {
+            frame,
+            drift: [0.0; 2],
+        }
     }
+}
 
-    /// A spin changes its sign in a mirror: that of det M.
-    fn spin(&self, spin: f64) -> f64 {
-        let [[a, b], [c, d]] = self.turn;
-        (a * d - b * c) * spin
-    }
-
-    fn position(&self, position: [f64; 2], time: f64) -> [f64; 2] {
-        let turned = self.turned(position);
-        [0, 1].map(|i| turned[i] + self.shift[i] + self.drift[i] * time)
-    }
-
-    fn velocity(&self, velocity: [f64; 2]) -> [f64; 2] {
-        let turned = self.turned(velocity);
-        [0, 1].map(|i| turned[i] + self.drift[i])
-    }
-
-    fn number(&self, id: usize) -> usize {
-        self.numbers.get(id).copied().unwrap_or(id)
-    }
-
-    fn wall(&self, wall: &Wall) -> Wall {
-        let mut at = [0.0; 2];
-        at[wall.axis as usize] = wall.place;
-        let at = self.turned(at);
-        let across = self.turn[0][wall.axis as usize] != 0.0;
-        let (axis, i) = if across { (Axis::X, 0) } else { (Axis::Z, 1) };
-        suite::wall(axis, at[i] + self.shift[i])
-    }
-
+impl Seen {
     /// The case as it is in this frame. A punch stays upright.
     fn case(&self, name: &str, case: &Case) -> Case {
-        let mut model = case.model.clone();
-        model.gravity = self.turned(model.gravity);
-        model.walls = model.walls.iter().map(|wall| self.wall(wall)).collect();
         Case {
             name: name.to_owned(),
-            model,
             bodies: self.bodies(&case.bodies, 0.0),
-            punch: case.punch.map(|punch| Punch {
-                centre: self.position(punch.centre, 0.0),
-                start: punch.start + self.shift[1],
-                ..punch
-            }),
-            moments: case.moments.clone(),
+            ..self.frame.case(case)
         }
     }
 
     /// The grains as they are in this frame at this time.
     fn bodies(&self, bodies: &Bodies, time: f64) -> Bodies {
-        let mut seen = bodies.clone();
-        for id in 0..bodies.len() {
-            let to = self.number(id);
-            [seen.x[to], seen.z[to]] = self.position([bodies.x[id], bodies.z[id]], time);
-            [seen.vx[to], seen.vz[to]] = self.velocity([bodies.vx[id], bodies.vz[id]]);
-            seen.radius[to] = bodies.radius[id];
-            seen.mass[to] = bodies.mass[id];
-            if let (Some(spin), Some(inertia)) = (bodies.spin.get(id), bodies.inertia.get(id)) {
-                seen.spin[to] = self.spin(*spin);
-                seen.inertia[to] = *inertia;
-            }
+        let mut seen = self.frame.bodies(bodies);
+        let [x, z] = self.drift;
+        for (column, more) in [
+            (&mut seen.x, x * time),
+            (&mut seen.z, z * time),
+            (&mut seen.vx, x),
+            (&mut seen.vz, z),
+        ] {
+            column.iter_mut().for_each(|value| *value += more);
         }
         seen
-    }
-
-    /// Ids and force on the second body of a contact in this frame, the lower grain first.
-    fn force(&self, contact: &Contact, grains: usize) -> ((u32, u32), [f64; 2]) {
-        let force = self.turned(contact.force());
-        let number = |id: u32| match (id as usize) < grains {
-            true => self.number(id as usize) as u32,
-            false => id,
-        };
-        let (one, two) = (number(contact.id1), number(contact.id2));
-        match one < two || one as usize >= grains {
-            true => ((one, two), force),
-            false => ((two, one), force.map(|component| -component)),
-        }
     }
 
     /// The largest differences between how `still` looks in this frame and `other`, over all moments:
@@ -303,11 +229,14 @@ impl Frame {
     /// A contact that only one of the two has bears nothing in the other.
     fn forces_apart(&self, still: &Snapshot, other: &Snapshot) -> f64 {
         let grains = still.bodies.len();
-        let vector = |contact| self.force(contact, grains);
+        let vector = |contact: &Contact| {
+            let (seen, _) = self.frame.contact(contact, None, grains);
+            (seen.ids(), seen.force())
+        };
         let mut apart: BTreeMap<(u32, u32), [f64; 2]> = still.contacts.iter().map(vector).collect();
         for contact in &other.contacts {
             let force = contact.force();
-            let difference = apart.entry((contact.id1, contact.id2)).or_default();
+            let difference = apart.entry(contact.ids()).or_default();
             *difference = [0, 1].map(|i| difference[i] - force[i]);
         }
         furthest(0.0, apart.into_values().flatten()).abs()
@@ -355,19 +284,18 @@ mod tests {
                 case.moments = (0..=STEPS / 20).map(|i| 20 * i).collect();
                 let track = run_case(&case, None).expect("a sound case");
                 let contacts = track.iter().flat_map(|at| &at.contacts);
-                let pairs: BTreeSet<_> =
-                    contacts.map(|contact| (contact.id1, contact.id2)).collect();
+                let pairs: BTreeSet<_> = contacts.map(Contact::ids).collect();
                 assert!(pairs.len() > 25, "{name}: {}", pairs.len());
                 // Right wall, floor and punch; gravity leans to the right.
                 for body in 1..3 + u32::from(punch) {
-                    let body = COUNT as u32 + body;
+                    let body = COUNT + body;
                     assert!(pairs.iter().any(|pair| pair.0 == body), "{name}: {body}");
                 }
                 let mut moved = case.clone();
                 moved.bodies.x[5] += 1.0e-12;
                 moved.bodies.z[9] += 1.0e-12;
                 let moved = run_case(&moved, None).expect("a sound case");
-                let found = Frame::SAME.differences(dt(), &track, &moved)[0] / 1.0e-12;
+                let found = Seen::from(Frame::HERE).differences(dt(), &track, &moved)[0] / 1.0e-12;
                 assert!(found > 10.0 && found < 0.3 * GROWTH, "{name}: {found}");
             }
         }

@@ -133,6 +133,13 @@ pub struct Wall {
     pub place: f64,
 }
 
+impl Wall {
+    /// At this place, m.
+    pub fn at(axis: Axis, place: f64) -> Self {
+        Wall { axis, place }
+    }
+}
+
 impl Model {
     /// How many ids are between the grains' and the punch's.
     pub fn walls_and_obstacles(&self) -> u32 {

@@ -591,6 +591,16 @@ pub enum Viscosity {
 }
 
 impl Viscosity {
+    /// Of one constant, N·s/m.
+    pub fn dashpot(c_n: f64, tension: Tension) -> Self {
+        Viscosity::Dashpot { c_n, tension }
+    }
+
+    /// Of one restitution.
+    pub fn restitution(e_n: f64, tension: Tension) -> Self {
+        Viscosity::Restitution { e_n, tension }
+    }
+
     /// Whether its dashpots may pull.
     pub fn tension(&self) -> Tension {
         match self {

@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::vector::Vector;
+
 /// Grains, column by column; all columns have the same length and the row is the grain's id.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bodies {
@@ -72,6 +74,46 @@ impl Bodies {
         self.mass.push(mass);
     }
 
+    /// Centre of a grain, m; in the plane y is 0.
+    pub fn position(&self, id: usize) -> Vector {
+        [&self.x, &self.y, &self.z].map(|column| or_zero(column, id))
+    }
+
+    /// Velocity of a grain, m/s.
+    pub fn velocity(&self, id: usize) -> Vector {
+        [&self.vx, &self.vy, &self.vz].map(|column| or_zero(column, id))
+    }
+
+    /// Its spin, rad/s; 0 where grains do not rotate.
+    pub fn angular_velocity(&self, id: usize) -> Vector {
+        [&self.spin_x, &self.spin, &self.spin_z].map(|column| or_zero(column, id))
+    }
+
+    /// Every column of numbers, for changes that hold of a grain as a whole.
+    pub fn columns_mut(&mut self) -> [&mut Vec<f64>; 12] {
+        [
+            &mut self.x,
+            &mut self.y,
+            &mut self.z,
+            &mut self.vx,
+            &mut self.vy,
+            &mut self.vz,
+            &mut self.spin_x,
+            &mut self.spin,
+            &mut self.spin_z,
+            &mut self.radius,
+            &mut self.mass,
+            &mut self.inertia,
+        ]
+    }
+
+    /// Adds these grains after its own.
+    pub fn append(&mut self, mut more: Bodies) {
+        let both = self.columns_mut().into_iter().zip(more.columns_mut());
+        both.for_each(|(all, more)| all.append(more));
+        self.material.append(&mut more.material);
+    }
+
     /// Whether grains rotate.
     pub fn rotate(&self) -> bool {
         !self.spin.is_empty()
@@ -132,6 +174,10 @@ fn across(column: &[f64]) -> impl Iterator<Item = &f64> {
     column.iter().chain(std::iter::repeat_n(&0.0, zeros))
 }
 
+fn or_zero(column: &[f64], id: usize) -> f64 {
+    column.get(id).copied().unwrap_or(0.0)
+}
+
 /// A contact between two bodies, evaluated at the positions of the same snapshot.
 ///
 /// Grain–grain pairs have `id1 < id2`. Walls and the punch have the ids after the grains
@@ -155,6 +201,11 @@ pub struct Contact {
 }
 
 impl Contact {
+    /// The ids of its bodies.
+    pub fn ids(&self) -> (u32, u32) {
+        (self.id1, self.id2)
+    }
+
     /// Force on body 2, N; body 1 bears the opposite.
     pub fn force(&self) -> [f64; 2] {
         let [nx, nz] = self.normal;

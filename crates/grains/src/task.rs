@@ -221,6 +221,31 @@ pub struct Case {
 }
 
 impl Case {
+    /// Without a punch.
+    pub fn new(name: impl Into<String>, model: Model, bodies: Bodies, moments: Vec<u64>) -> Self {
+        Case {
+            name: name.into(),
+            model,
+            bodies,
+            punch: None,
+            moments,
+        }
+    }
+
+    /// The same, looked at in other moments.
+    pub fn at(&self, moments: Vec<u64>) -> Self {
+        Case {
+            moments,
+            ..self.clone()
+        }
+    }
+
+    /// Whether a run has its moments and no others.
+    pub fn is_answered_by(&self, run: &[Snapshot]) -> bool {
+        let steps = run.iter().map(|snapshot| snapshot.step);
+        steps.eq(self.moments.iter().copied())
+    }
+
     /// The ids of its bodies.
     pub fn ids(&self) -> BodyIds {
         BodyIds {
@@ -228,9 +253,7 @@ impl Case {
             walls: self.model.walls_and_obstacles(),
         }
     }
-}
 
-impl Case {
     /// tan φ of these two bodies.
     pub fn tangent(&self, id1: u32, id2: u32) -> f64 {
         let (law, ids) = (&self.model.law, self.ids());

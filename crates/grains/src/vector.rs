@@ -44,6 +44,11 @@ pub fn each<N: Copy, M>(a: Vector<N>, map: impl Fn(N) -> M) -> Vector<M> {
     [map(a[0]), map(a[1]), map(a[2])]
 }
 
+/// Added one after the other, from nothing on.
+pub fn sum(all: impl IntoIterator<Item = Vector>) -> Vector {
+    all.into_iter().fold([0.0; 3], plus)
+}
+
 /// √(a·a), which overflows where hypot does not.
 #[inline]
 pub fn norm(a: Vector) -> f64 {

@@ -25,7 +25,7 @@ const TRIED: usize = 3;
 const MOST_FORMS: usize = 3;
 
 /// What is wrong, as far as it was found.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Cause {
     /// Under this law it was found.
     pub law: String,
@@ -483,10 +483,10 @@ impl Tried<'_> {
             left_in,
             left_at,
             condition,
-            terms: Vec::new(),
             numbers,
             state: answered.native.envelope.own.first().cloned(),
             walls: answered.asked.case.model.walls.clone(),
+            ..Cause::default()
         }
     }
 }
@@ -503,32 +503,25 @@ struct WrongFirst {
 
 /// How many of these grains touch other grains alone, walls or the punch, and whether contacts of theirs slide.
 fn what_they_touch(case: &Case, left: &[usize], own: &[Snapshot], step: u64) -> String {
-    let until: Vec<Snapshot> = own
+    let until = own
         .iter()
-        .filter(|snapshot| snapshot.step <= step)
-        .cloned()
-        .collect();
-    let situations = situations(case, &until);
-    let of_kind = |kind: usize| left.iter().filter(|id| situations[**id] == kind).count();
+        .take_while(|snapshot| snapshot.step <= step)
+        .count();
+    let situations = situations(case, &own[..until]);
     let kinds = [
         "fly",
         "touch grains alone",
         "touch a wall",
         "touch the punch",
     ];
-    let found = kinds
-        .iter()
-        .enumerate()
-        .map(|(kind, what)| (of_kind(kind), what));
-    let found: Vec<String> = found
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("{count} {what}"))
-        .collect();
-    let slides = exercise::sliding(case, &until);
-    let among = left
-        .iter()
-        .filter(|id| slides.contains(&(**id as u32)))
-        .count();
+    let found = kinds.iter().enumerate().filter_map(|(kind, what)| {
+        let count = left.iter().filter(|id| situations[**id] == kind).count();
+        (count > 0).then(|| format!("{count} {what}"))
+    });
+    let found: Vec<String> = found.collect();
+    let slides = exercise::sliding(case, &own[..until]);
+    let slides = left.iter().filter(|id| slides.contains(&(**id as u32)));
+    let among = slides.count();
     match case.model.law.has_friction() {
         true => format!("{}; contacts of {among} slide", found.join(", ")),
         false => found.join(", "),

@@ -5,41 +5,69 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grains::model::Law;
 use grains::scene::{NewContactSlip, SlipVelocity, Springs, Tension, TorqueArms, Viscosity};
-use grains::tables::{Body, Contact, Snapshot};
+use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
-use grains::vector::{Vector, dot, minus};
+use grains::vector::{dot, minus};
 use statrs::function::factorial::ln_binomial;
 
-use crate::contacts::{Table, at_a_corner};
+use crate::contacts::{Row, Table, at_a_corner};
 use crate::exercise::slides;
 
 /// How probable a split may be that says nothing, over all that are tried.
 const LEVEL: f64 = 0.05;
 
-/// What is known of each of some contacts or grains.
-#[derive(Default)]
-struct Properties {
+/// What is known of each of some contacts, grains or states.
+struct Properties<'a, T> {
+    all: &'a [T],
+    wrong: Vec<bool>,
     /// In words, and which have it.
     has: Vec<(String, Vec<bool>)>,
     /// In words, with the place of the number, and the numbers.
     numbers: Vec<(&'static str, Vec<f64>)>,
 }
 
-impl Properties {
-    fn add(&mut self, words: impl Into<String>, has: Vec<bool>) {
+impl<'a, T> Properties<'a, T> {
+    /// None where all are wrong or none is.
+    fn new(all: &'a [T], wrong: impl Fn(&T) -> bool) -> Option<Self> {
+        let wrong: Vec<bool> = all.iter().map(wrong).collect();
+        let are_both = wrong.contains(&true) && wrong.contains(&false);
+        are_both.then(|| Properties {
+            all,
+            wrong,
+            has: Vec::new(),
+            numbers: Vec::new(),
+        })
+    }
+
+    fn add(&mut self, words: impl Into<String>, has: impl Fn(&T) -> bool) {
+        let has = self.all.iter().map(has).collect();
         self.has.push((words.into(), has));
     }
 
     /// And the other way round.
-    fn add_both(&mut self, [one, other]: [&str; 2], has: Vec<bool>) {
-        let not = has.iter().map(|has| !has).collect();
-        self.add(one, has);
-        self.add(other, not);
+    fn add_both(&mut self, [one, other]: [&str; 2], has: impl Fn(&T) -> bool) {
+        self.add(one, &has);
+        self.add(other, |each| !has(each));
+    }
+
+    fn number(&mut self, words: &'static str, value: impl Fn(&T) -> f64) {
+        self.numbers
+            .push((words, self.all.iter().map(value).collect()));
+    }
+
+    /// Where so many of them are wrong.
+    fn told(self, what: &str, count: usize) -> Option<String> {
+        let all = self.all.len();
+        let (split, others) = (self.split()?, all - count);
+        Some(format!(
+            "{what} are wrong where {split}: all {count} of these and none of the other {others}"
+        ))
     }
 
     /// What splits the wrong ones from all others: one property, two, or a number above or below a value, among those that have a
     /// property or among all.
-    fn split(mut self, wrong: &[bool]) -> Option<String> {
+    fn split(mut self) -> Option<String> {
+        let wrong = &self.wrong[..];
         let count = |flags: &[bool]| flags.iter().filter(|is| **is).count();
         self.has.retain(|(_, has)| count(has) > 0);
         let tried =
@@ -94,6 +122,25 @@ impl Properties {
     }
 }
 
+/// Each grain's number of contacts.
+fn partners(own: &Snapshot) -> Vec<f64> {
+    let mut partners = vec![0.0; own.bodies.len()];
+    for contact in &own.contacts {
+        for id in [contact.id1, contact.id2] {
+            if let Some(count) = partners.get_mut(id as usize) {
+                *count += 1.0;
+            }
+        }
+    }
+    partners
+}
+
+/// The grains that touch a wall or the punch.
+fn touching(own: &Snapshot, body: u32) -> BTreeSet<u32> {
+    let touching = own.contacts.iter().filter(|contact| contact.id1 == body);
+    touching.map(|contact| contact.id2).collect()
+}
+
 /// What all of these contacts have and no other one among some of this moment; `before` is the moment before it.
 pub(crate) fn of_contacts(
     case: &Case,
@@ -103,173 +150,121 @@ pub(crate) fn of_contacts(
     among: &dyn Fn((u32, u32)) -> bool,
 ) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
-    let rows = Table::from(own).rows().filter(|row| among(row.ids()));
-    let (all, normals): (Vec<&Contact>, Vec<Vector>) =
-        rows.map(|row| (row.contact, row.normal())).unzip();
-    let holds = |property: &dyn Fn(&Contact) -> bool| {
-        all.iter().copied().map(property).collect::<Vec<bool>>()
-    };
-    let number =
-        |value: &dyn Fn(&Contact) -> f64| all.iter().copied().map(value).collect::<Vec<f64>>();
-    let is_wrong = holds(&|contact| wrong.contains(&(contact.id1, contact.id2)));
-    if !is_wrong.contains(&true) || !is_wrong.contains(&false) {
-        return None;
-    }
-    let mut properties = Properties::default();
+    let all: Vec<Row> = Table::from(own)
+        .rows()
+        .filter(|row| among(row.ids()))
+        .collect();
+    let mut properties = Properties::new(&all, |row| wrong.contains(&row.ids()))?;
     properties.add_both(
         ["they are of two grains", "they are at walls or punch"],
-        holds(&|contact| ids.body(contact.id1) == Body::Grain),
+        |row| ids.is_grain(row.contact.id1),
     );
     for index in 0..case.model.walls.len() {
         let wall = ids.wall(index);
-        properties.add(
-            format!("they are at wall {index}"),
-            holds(&|contact| contact.id1 == wall),
-        );
+        properties.add(format!("they are at wall {index}"), |row| {
+            row.contact.id1 == wall
+        });
     }
-    properties.add(
-        "they are at the punch",
-        holds(&|contact| contact.id1 == ids.punch()),
-    );
-    properties.add(
-        "they are at corners of the punch",
-        holds(&|contact| at_a_corner(ids, contact)),
-    );
+    properties.add("they are at the punch", |row| {
+        row.contact.id1 == ids.punch()
+    });
+    properties.add("they are at corners of the punch", |row| {
+        at_a_corner(ids, row.contact)
+    });
     if case.model.law.has_friction() {
-        properties.add_both(
-            ["they slide", "they stick"],
-            holds(&|contact| slides(case, contact)),
-        );
+        properties.add_both(["they slide", "they stick"], |row| {
+            slides(case, row.contact)
+        });
     }
-    let velocity = |id: u32| match (bodies.vx.get(id as usize), own.punch) {
-        (Some(vx), _) => {
-            let vy = bodies.vy.get(id as usize).copied().unwrap_or(0.0);
-            [*vx, vy, bodies.vz[id as usize]]
-        }
-        (None, Some(punch)) if id == ids.punch() => [0.0, 0.0, punch.velocity],
+    let velocity = |id: u32| match own.punch {
+        _ if ids.is_grain(id) => bodies.velocity(id as usize),
+        Some(punch) if id == ids.punch() => [0.0, 0.0, punch.velocity],
         _ => [0.0; 3],
     };
-    let part = all.iter().zip(&normals).map(|(contact, normal)| {
-        dot(minus(velocity(contact.id2), velocity(contact.id1)), *normal) > 0.0
+    properties.add_both(["their bodies part", "their bodies approach"], |row| {
+        let [one, two] = [row.contact.id1, row.contact.id2].map(velocity);
+        dot(minus(two, one), row.normal()) > 0.0
     });
-    properties.add_both(
-        ["their bodies part", "their bodies approach"],
-        part.collect(),
-    );
     if let Some(before) = before {
-        let had = |contact: &Contact| {
-            let same = |other: &Contact| (other.id1, other.id2) == (contact.id1, contact.id2);
-            before.contacts.iter().any(same)
+        let before: BTreeMap<_, _> = Table::from(before)
+            .rows()
+            .map(|row| (row.ids(), row.contact))
+            .collect();
+        let had = |row: &Row, what: &dyn Fn(&Contact) -> bool| {
+            before.get(&row.ids()).is_some_and(|contact| what(contact))
         };
-        properties.add_both(["they touched before", "they have just begun"], holds(&had));
-        let of_before = |contact: &Contact| {
-            let ids = (contact.id1, contact.id2);
-            let mut all = before.contacts.iter();
-            all.find(|other| (other.id1, other.id2) == ids).copied()
-        };
-        let grows = |contact: &Contact| {
-            of_before(contact).is_some_and(|before| before.overlap < contact.overlap)
-        };
+        properties.add_both(["they touched before", "they have just begun"], |row| {
+            had(row, &|_| true)
+        });
         properties.add_both(
             [
                 "their overlap has grown in the step",
                 "their overlap has not grown in the step",
             ],
-            holds(&grows),
+            |row| had(row, &|before| before.overlap < row.contact.overlap),
         );
-        properties.add(
-            "they slid a step before",
-            holds(&|contact| of_before(contact).is_some_and(|before| slides(case, &before))),
-        );
+        properties.add("they slid a step before", |row| {
+            had(row, &|before| slides(case, before))
+        });
     }
-    for axis in [0, 1] {
-        let words = [
-            [
-                "their normals point to the right",
-                "their normals point to the left",
-            ],
-            ["their normals point up", "their normals point down"],
-        ];
-        properties.add_both(words[axis], holds(&|contact| contact.normal[axis] > 0.0));
+    let directions = [
+        [
+            "their normals point to the right",
+            "their normals point to the left",
+        ],
+        ["their normals point up", "their normals point down"],
+    ];
+    for (axis, words) in directions.into_iter().enumerate() {
+        properties.add_both(words, |row| row.contact.normal[axis] > 0.0);
     }
-    let mut partners: BTreeMap<u32, f64> = BTreeMap::new();
-    for id in own
-        .contacts
-        .iter()
-        .flat_map(|contact| [contact.id1, contact.id2])
-    {
-        *partners.entry(id).or_default() += 1.0;
-    }
-    for (index, words) in (0..case.model.walls.len())
-        .map(|index| (index, format!("one of their grains touches wall {index}")))
-    {
-        let at_wall: BTreeSet<u32> = own
-            .contacts
-            .iter()
-            .filter(|contact| contact.id1 == ids.wall(index))
-            .map(|contact| contact.id2)
-            .collect();
-        properties.add(
-            words,
-            holds(&|contact| at_wall.contains(&contact.id1) || at_wall.contains(&contact.id2)),
-        );
+    for index in 0..case.model.walls.len() {
+        let at_wall = touching(own, ids.wall(index));
+        properties.add(format!("one of their grains touches wall {index}"), |row| {
+            at_wall.contains(&row.contact.id1) || at_wall.contains(&row.contact.id2)
+        });
     }
     if !bodies.material.is_empty() {
         let material = |id: u32| bodies.material.get(id as usize).copied().unwrap_or(0);
         properties.add_both(
             ["their materials are two", "their materials are one"],
-            holds(&|contact| material(contact.id1) != material(contact.id2)),
+            |row| material(row.contact.id1) != material(row.contact.id2),
         );
     }
-    let radius = |id: u32| bodies.radius.get(id as usize).copied();
-    let smaller = |contact: &Contact| {
-        let second = bodies.radius[contact.id2 as usize];
-        radius(contact.id1).unwrap_or(second).min(second)
+    // The smaller and the larger one.
+    let radii = |row: &Row| {
+        let two = bodies.radius[row.contact.id2 as usize];
+        let one = bodies
+            .radius
+            .get(row.contact.id1 as usize)
+            .copied()
+            .unwrap_or(two);
+        [one.min(two), one.max(two)]
     };
-    let larger = |contact: &Contact| {
-        let second = bodies.radius[contact.id2 as usize];
-        radius(contact.id1).unwrap_or(second).max(second)
+    let of_grains = |row: &Row, value: &dyn Fn(u32) -> f64| {
+        let grains = [row.contact.id1, row.contact.id2].into_iter();
+        let values = grains.filter(|id| ids.is_grain(*id)).map(value);
+        values.fold(f64::NEG_INFINITY, f64::max)
     };
-    let of_grains = |contact: &Contact, value: &dyn Fn(u32) -> f64| {
-        let one = if ids.is_grain(contact.id1) {
-            value(contact.id1)
-        } else {
-            f64::NEG_INFINITY
-        };
-        one.max(value(contact.id2))
-    };
-    properties.numbers = vec![
-        (
-            "their overlap over the smaller radius",
-            number(&|contact| contact.overlap / smaller(contact)),
-        ),
-        ("their overlap, m,", number(&|contact| contact.overlap)),
-        ("the larger radius, m,", number(&larger)),
-        ("the smaller radius, m,", number(&smaller)),
-        (
-            "the ratio of their radii",
-            number(&|contact| larger(contact) / smaller(contact)),
-        ),
-        (
-            "the larger id of their grains",
-            number(&|contact| of_grains(contact, &f64::from)),
-        ),
-        (
-            "the number of contacts of one of their grains",
-            number(&|contact| of_grains(contact, &|id| partners[&id])),
-        ),
-        ("their x, m,", number(&|contact| contact.point[0])),
-        ("their z, m,", number(&|contact| contact.point[1])),
-        (
-            "their normal force, N,",
-            number(&|contact| contact.normal_force),
-        ),
-    ];
-    let split = properties.split(&is_wrong)?;
-    let (count, others) = (wrong.len(), all.len() - wrong.len());
-    Some(format!(
-        "contacts are wrong where {split}: all {count} of these and none of the other {others}"
-    ))
+    let partners = partners(own);
+    properties.number("their overlap over the smaller radius", |row| {
+        row.contact.overlap / radii(row)[0]
+    });
+    properties.number("their overlap, m,", |row| row.contact.overlap);
+    properties.number("the larger radius, m,", |row| radii(row)[1]);
+    properties.number("the smaller radius, m,", |row| radii(row)[0]);
+    properties.number("the ratio of their radii", |row| {
+        radii(row)[1] / radii(row)[0]
+    });
+    properties.number("the larger id of their grains", |row| {
+        of_grains(row, &f64::from)
+    });
+    properties.number("the number of contacts of one of their grains", |row| {
+        of_grains(row, &|id| partners[id as usize])
+    });
+    properties.number("their x, m,", |row| row.contact.point[0]);
+    properties.number("their z, m,", |row| row.contact.point[1]);
+    properties.number("their normal force, N,", |row| row.contact.normal_force);
+    properties.told("contacts", wrong.len())
 }
 
 /// The columns of velocities and spins in which grains are off, as far as one in a hundred of the largest difference.
@@ -305,197 +300,123 @@ pub(crate) fn of_grains(
 ) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
     let all: Vec<usize> = (0..bodies.len()).filter(|id| among(*id)).collect();
-    let holds = |property: &dyn Fn(usize) -> bool| {
-        let all = all.iter().copied();
-        all.map(property).collect::<Vec<bool>>()
-    };
-    let is_wrong = holds(&|id| wrong.contains(&id));
-    if wrong.is_empty() || wrong.len() == all.len() {
-        return None;
+    let mut properties = Properties::new(&all, |id| wrong.contains(id))?;
+    let walls = (0..case.model.walls.len()).map(|index| (format!("wall {index}"), ids.wall(index)));
+    for (name, body) in walls.chain([("the punch".to_owned(), ids.punch())]) {
+        let touching = touching(own, body);
+        properties.add(format!("they touch {name}"), |id| {
+            touching.contains(&(*id as u32))
+        });
     }
-    let touches = |body: u32, id: usize| {
-        let mut contacts = own.contacts.iter();
-        contacts.any(|contact| contact.id1 == body && contact.id2 as usize == id)
-    };
-    let mut properties = Properties::default();
-    for index in 0..case.model.walls.len() {
-        properties.add(
-            format!("they touch wall {index}"),
-            holds(&|id| touches(ids.wall(index), id)),
-        );
-    }
-    properties.add(
-        "they touch the punch",
-        holds(&|id| touches(ids.punch(), id)),
-    );
-    let mut partners = vec![0.0; bodies.len()];
-    for id in own
-        .contacts
-        .iter()
-        .flat_map(|contact| [contact.id1, contact.id2])
-    {
-        if let Some(count) = partners.get_mut(id as usize) {
-            *count += 1.0;
-        }
-    }
-    properties.add_both(
-        ["they touch nothing", "they touch something"],
-        holds(&|id| partners[id] == 0.0),
-    );
-    properties.add_both(
-        ["they go right", "they go left"],
-        holds(&|id| bodies.vx[id] > 0.0),
-    );
-    properties.add_both(["they rise", "they fall"], holds(&|id| bodies.vz[id] > 0.0));
-    let of_all = |value: &dyn Fn(usize) -> f64| {
-        let all = all.iter().copied();
-        all.map(value).collect::<Vec<f64>>()
-    };
-    properties.numbers = vec![
-        ("their radius, m,", of_all(&|id| bodies.radius[id])),
-        ("their mass, kg,", of_all(&|id| bodies.mass[id])),
-        ("their id", of_all(&|id| id as f64)),
-        ("the number of their contacts", of_all(&|id| partners[id])),
-        (
-            "their speed, m/s,",
-            of_all(&|id| bodies.vx[id].hypot(bodies.vz[id])),
-        ),
-        ("their x, m,", of_all(&|id| bodies.x[id])),
-        ("their z, m,", of_all(&|id| bodies.z[id])),
-    ];
+    let partners = partners(own);
+    properties.add_both(["they touch nothing", "they touch something"], |id| {
+        partners[*id] == 0.0
+    });
+    properties.add_both(["they go right", "they go left"], |id| bodies.vx[*id] > 0.0);
+    properties.add_both(["they rise", "they fall"], |id| bodies.vz[*id] > 0.0);
+    properties.number("their radius, m,", |id| bodies.radius[*id]);
+    properties.number("their mass, kg,", |id| bodies.mass[*id]);
+    properties.number("their id", |id| *id as f64);
+    properties.number("the number of their contacts", |id| partners[*id]);
+    properties.number("their speed, m/s,", |id| {
+        bodies.vx[*id].hypot(bodies.vz[*id])
+    });
+    properties.number("their x, m,", |id| bodies.x[*id]);
+    properties.number("their z, m,", |id| bodies.z[*id]);
     if bodies.spin.len() == bodies.len() {
-        properties
-            .numbers
-            .push(("their spin, rad/s,", of_all(&|id| bodies.spin[id].abs())));
+        properties.number("their spin, rad/s,", |id| bodies.spin[*id].abs());
     }
-    let split = properties.split(&is_wrong)?;
-    let (count, others) = (wrong.len(), all.len() - wrong.len());
-    Some(format!(
-        "grains are wrong where {split}: all {count} of these and none of the other {others}"
-    ))
+    properties.told("grains", wrong.len())
 }
 
 /// What the laws of all states that are wrong have and those of no other: which part of the law it is.
 pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
-    let wrong: Vec<bool> = states.iter().map(|(_, wrong)| *wrong).collect();
-    if !wrong.contains(&true) || !wrong.contains(&false) {
-        return None;
-    }
-    let holds = |property: &dyn Fn(&Case) -> bool| {
-        let states = states.iter();
-        states
-            .map(|(case, _)| property(case))
-            .collect::<Vec<bool>>()
-    };
-    let law = |property: &dyn Fn(&Law) -> bool| holds(&|case| property(&case.model.law));
-    let mut properties = Properties::default();
-    for (words, has) in [
-        (
-            ["there is friction", "there is no friction"],
-            law(&Law::has_friction),
-        ),
-        (
-            ["there are dashpots", "there are no dashpots"],
-            law(&Law::has_dashpots),
-        ),
-        (["grains turn", "grains do not turn"], law(&Law::rotates)),
+    type Has = fn(&Case, &Law) -> bool;
+    let either: [([&str; 2], Has); 8] = [
+        (["there is friction", "there is no friction"], |_, law| {
+            law.has_friction()
+        }),
+        (["there are dashpots", "there are no dashpots"], |_, law| {
+            law.has_dashpots()
+        }),
+        (["grains turn", "grains do not turn"], |_, law| {
+            law.rotates()
+        }),
         (
             ["there is local damping", "there is no local damping"],
-            holds(&|case| case.model.alpha != 0.0),
+            |case, _| case.model.alpha != 0.0,
         ),
-        (
-            ["there is a punch", "there is no punch"],
-            holds(&|case| case.punch.is_some()),
-        ),
+        (["there is a punch", "there is no punch"], |case, _| {
+            case.punch.is_some()
+        }),
         (
             ["springs are Hertz's and Mindlin's", "springs are linear"],
-            law(&|law| law.contact.springs == Springs::HertzMindlin),
+            |_, law| law.contact.springs == Springs::HertzMindlin,
         ),
         (
             [
                 "the slip is corrected",
                 "the slip is that of the contact point",
             ],
-            law(&|law| law.contact.slip_velocity == SlipVelocity::RatchetingCorrected),
+            |_, law| law.contact.slip_velocity == SlipVelocity::RatchetingCorrected,
         ),
         (
             [
                 "torques have arms to half the overlap",
                 "torques have arms to the contact point",
             ],
-            law(&|law| law.contact.torque_arms == TorqueArms::HalfOverlap),
+            |_, law| law.contact.torque_arms == TorqueArms::HalfOverlap,
         ),
-    ] {
-        properties.add_both(words, has);
-    }
-    for (words, has) in [
-        (
-            "there are moments against rolling",
-            law(&|law| law.contact.rolling.is_some()),
-        ),
-        (
-            "there is adhesion",
-            law(&|law| law.contact.adhesion.is_some()),
-        ),
-        ("adhesion holds what has touched", law(&Law::holds)),
-        (
-            "there are several materials",
-            law(&|law| !law.materials.is_empty()),
-        ),
-        (
-            "walls or punch have friction of their own",
-            law(&Law::has_friction_of_walls),
-        ),
-        ("grains are in space", holds(&|case| case.bodies.in_space())),
-        (
-            "dashpots may pull",
-            law(&|law| law.has_dashpots() && law.contact.viscosity.tension() == Tension::Unclipped),
-        ),
-        (
-            "dashpots have a restitution",
-            law(&|law| matches!(law.contact.viscosity, Viscosity::Restitution { .. })),
-        ),
+    ];
+    let some: [(&str, Has); 9] = [
+        ("there are moments against rolling", |_, law| {
+            law.contact.rolling.is_some()
+        }),
+        ("there is adhesion", |_, law| law.contact.adhesion.is_some()),
+        ("adhesion holds what has touched", |_, law| law.holds()),
+        ("there are several materials", |_, law| {
+            !law.materials.is_empty()
+        }),
+        ("walls or punch have friction of their own", |_, law| {
+            law.has_friction_of_walls()
+        }),
+        ("grains are in space", |case, _| case.bodies.in_space()),
+        ("dashpots may pull", |_, law| {
+            law.has_dashpots() && law.contact.viscosity.tension() == Tension::Unclipped
+        }),
+        ("dashpots have a restitution", |_, law| {
+            matches!(law.contact.viscosity, Viscosity::Restitution { .. })
+        }),
         (
             "new contacts are given the slip since they touched",
-            law(&|law| law.contact.new_contact_slip == NewContactSlip::SinceTouch),
+            |_, law| law.contact.new_contact_slip == NewContactSlip::SinceTouch,
         ),
-    ] {
-        properties.add(words, has);
-    }
-    let number = |value: &dyn Fn(&Case) -> f64| {
-        let states = states.iter();
-        states.map(|(case, _)| value(case)).collect::<Vec<f64>>()
-    };
-    properties.numbers = vec![
-        ("φ, rad,", number(&|case| case.model.law.friction_angle)),
-        ("k_s/k_n", number(&|case| case.model.law.stiffness_ratio)),
-        ("α", number(&|case| case.model.alpha)),
     ];
-    let split = properties.split(&wrong)?;
-    let count = wrong.iter().filter(|wrong| **wrong).count();
-    let others = wrong.len() - count;
-    Some(format!(
-        "states are wrong where {split}: all {count} of these and none of the other {others}"
-    ))
+    let mut properties = Properties::new(states, |(_, wrong)| *wrong)?;
+    for (words, has) in either {
+        properties.add_both(words, |(case, _)| has(case, &case.model.law));
+    }
+    for (words, has) in some {
+        properties.add(words, |(case, _)| has(case, &case.model.law));
+    }
+    properties.number("φ, rad,", |(case, _)| case.model.law.friction_angle);
+    properties.number("k_s/k_n", |(case, _)| case.model.law.stiffness_ratio);
+    properties.number("α", |(case, _)| case.model.alpha);
+    let count = properties.wrong.iter().filter(|wrong| **wrong).count();
+    properties.told("states", count)
 }
 
 #[cfg(test)]
 mod tests {
     use super::Properties;
 
-    fn properties(count: usize) -> Properties {
-        let mut properties = Properties::default();
-        let holds =
-            |property: &dyn Fn(usize) -> bool| (0..count).map(property).collect::<Vec<bool>>();
-        properties.add_both(["they slide", "they stick"], holds(&|at| at % 3 == 0));
-        properties.add("they are at wall 1", holds(&|at| at % 20 == 0));
-        properties.numbers = vec![("their x, m,", (0..count).map(|at| at as f64).collect())];
-        properties
-    }
-
     fn split(count: usize, wrong: &dyn Fn(usize) -> bool) -> Option<String> {
-        let wrong: Vec<bool> = (0..count).map(wrong).collect();
-        properties(count).split(&wrong)
+        let all: Vec<usize> = (0..count).collect();
+        let mut properties = Properties::new(&all, |at| wrong(*at))?;
+        properties.add_both(["they slide", "they stick"], |at| at % 3 == 0);
+        properties.add("they are at wall 1", |at| at % 20 == 0);
+        properties.number("their x, m,", |at| *at as f64);
+        properties.split()
     }
 
     #[test]

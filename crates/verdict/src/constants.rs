@@ -10,7 +10,7 @@ use std::iter::repeat_n;
 use evidence::in_parallel;
 use evidence::moments::median;
 use grains::constant::Constant;
-use grains::tables::Snapshot;
+use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Form, Variant};
 use nalgebra::{DMatrix, DVector};
@@ -97,6 +97,7 @@ const NOT_THERE: f64 = 27.0;
 const KINDS_OF_A_CASE: usize = 100;
 
 /// What of a run is fitted: a number for each grain and component, in m/s, and which kind it is of.
+#[derive(Default)]
 struct Data {
     last: u64,
     theirs: Vec<f64>,
@@ -112,9 +113,8 @@ pub type Observed<'a> = (&'a Case, &'a [Snapshot]);
 
 /// The case, looked at up to this step.
 pub(crate) fn until(case: &Case, last: u64) -> Case {
-    let mut case = case.clone();
-    case.moments.retain(|step| *step <= last);
-    case
+    let steps = case.moments.iter().copied();
+    case.at(steps.filter(|step| *step <= last).collect())
 }
 
 /// The numbers of a run, in m/s: forces as the velocity that they give a mean grain in a step.
@@ -125,12 +125,10 @@ fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f
     for (moment, ids) in run.iter().zip(contacts) {
         let rows = Table::from(moment).rows();
         let forces = rows.map(|row| {
-            let contact = row.contact;
-            let forces = [contact.normal_force].into_iter().chain(row.tangential());
-            (
-                (contact.id1, contact.id2),
-                forces.take(forces_of(case)).collect(),
-            )
+            let forces = [row.contact.normal_force]
+                .into_iter()
+                .chain(row.tangential());
+            (row.ids(), forces.take(forces_of(case)).collect())
         });
         let forces: BTreeMap<(u32, u32), Vec<f64>> = forces.collect();
         for ids in ids {
@@ -196,21 +194,12 @@ impl Data {
     fn new(observed: &[Observed<'_>], resolution: Resolution, last: u64) -> Self {
         let mut data = Data {
             last,
-            theirs: Vec::new(),
-            kinds: Vec::new(),
-            noise: Vec::new(),
-            contacts: Vec::new(),
+            ..Data::default()
         };
         for (index, (case, theirs)) in observed.iter().enumerate() {
             let case = until(case, last);
             let own = variant::run(&case, &Variant::default());
-            let ids = |snapshot: &Snapshot| {
-                snapshot
-                    .contacts
-                    .iter()
-                    .map(|contact| (contact.id1, contact.id2))
-                    .collect()
-            };
+            let ids = |snapshot: &Snapshot| snapshot.contacts.iter().map(Contact::ids).collect();
             let contacts: Vec<Vec<(u32, u32)>> = own.iter().map(ids).collect();
             let theirs = &theirs[..own.len().min(theirs.len())];
             data.theirs.extend(numbers(&case, theirs, &contacts));
@@ -245,16 +234,12 @@ impl Data {
         let numbers = self.theirs.iter().zip(&own).zip(&self.noise);
         let residuals = numbers.map(|((their, own), noise)| ((their - own) / noise).abs());
         // A contact that one of the two does not have counts as much as the worst number.
-        let residuals = residuals.map(|residual| {
-            if residual.is_finite() {
-                residual
-            } else {
-                1.0e12
-            }
+        let residuals = residuals.map(|residual| match residual.is_finite() {
+            true => residual,
+            false => 1.0e12,
         });
-        residuals
-            .map(|residual| (1.0 + residual * residual).ln())
-            .sum()
+        let logarithms = residuals.map(|residual| (1.0 + residual * residual).ln());
+        logarithms.sum()
     }
 
     fn of(&self, observed: &[Observed<'_>], variant: &Variant) -> Vec<f64> {

@@ -10,7 +10,7 @@ use grains::rules::TangentialDashpot;
 use grains::scene::AdhesionLaw;
 use grains::tables::{Across, Body, BodyIds, Contact, Snapshot};
 use grains::task::Case;
-use grains::vector::{Vector, hypot, minus};
+use grains::vector::{Vector, hypot, in_space, minus, plus, times};
 
 /// Numbers compared of a contact: overlap, normal force, tangential force, normal, point.
 pub(crate) const NUMBERS: usize = 5;
@@ -59,7 +59,7 @@ pub(crate) struct Row<'a> {
 
 impl Row<'_> {
     pub fn ids(&self) -> (u32, u32) {
-        (self.contact.id1, self.contact.id2)
+        self.contact.ids()
     }
 
     pub fn normal(&self) -> Vector {
@@ -70,6 +70,15 @@ impl Row<'_> {
     pub fn point(&self) -> Vector {
         let [x, z] = self.contact.point;
         [x, self.across.map_or(0.0, |across| across.point), z]
+    }
+
+    /// Force on body 2, N.
+    pub fn force(&self) -> Vector {
+        let Contact { normal_force, .. } = *self.contact;
+        match self.across {
+            None => in_space(self.contact.force()),
+            Some(across) => plus(times(normal_force, self.normal()), across.tangential),
+        }
     }
 
     /// Tangential force on body 2, N; in the plane its component along (−n_z, n_x), in space all three.
@@ -144,21 +153,17 @@ pub(crate) fn apart(
 ) -> (Vec<(u32, u32)>, [Vec<f64>; NUMBERS]) {
     let bodies = &own.bodies;
     let gap = |contact: &Contact| {
-        let y = |id: usize| bodies.y.get(id).copied().unwrap_or(0.0);
-        let at = |id: u32| {
-            let id = id as usize;
-            Some([*bodies.x.get(id)?, y(id), *bodies.z.get(id)?])
-        };
-        let radius = |id: u32| bodies.radius.get(id as usize).copied();
-        let centre = at(contact.id2)?;
-        let far = match at(contact.id1) {
-            Some(one) => distance(centre, one) - radius(contact.id1)?,
+        let radius = |id: usize| bodies.radius.get(id).copied();
+        let [one, two] = [contact.id1, contact.id2].map(|id| id as usize);
+        let (own, centre) = (radius(two)?, bodies.position(two));
+        let far = match radius(one) {
+            Some(other) => distance(centre, bodies.position(one)) - other,
             None => {
-                let wall = walls.get((contact.id1 as usize).checked_sub(bodies.len())?)?;
+                let wall = walls.get(one.checked_sub(bodies.len())?)?;
                 (centre[wall.axis.in_space()] - wall.place).abs()
             }
         };
-        Some((far - radius(contact.id2)?).max(0.0))
+        Some((far - own).max(0.0))
     };
     let mut ids = Vec::new();
     let mut numbers: [Vec<f64>; NUMBERS] = Default::default();
@@ -211,11 +216,7 @@ pub fn contradiction(
     theirs: Table<'_>,
     length: f64,
 ) -> Result<Option<String>, NativeError> {
-    let start = Case {
-        moments: vec![0],
-        ..state.clone()
-    };
-    let own = run_case(&start, None)?;
+    let own = run_case(&state.at(vec![0]), None)?;
     let own = own.first().expect("the one moment that is asked for");
     let law = &state.model.law;
     let radius = state.bodies.radius.iter().copied().fold(f64::MAX, f64::min);

@@ -1,6 +1,8 @@
 //! How far runs part that are the same but for rounding, and whether another engine's run lies among them. And how coarsely
 //! that engine computes, by its answers to small changes of its start.
 
+use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use evidence::in_parallel;
@@ -14,6 +16,7 @@ use grains::native::{CaseOptions, Fault, NativeError, Noise, run_case};
 use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Variant};
+use grains::vector::{hypot, minus};
 
 /// Replicas of each start; three times as many for an engine in single precision.
 pub const REPLICAS: u64 = 8;
@@ -83,7 +86,7 @@ const ALL: usize = MOTION + contacts::NUMBERS + 2;
 /// So many are of grains, the rest of contacts.
 const MOTION: usize = 3;
 /// Normals and points.
-const PLACES: std::ops::Range<usize> = MOTION + 3..MOTION + contacts::NUMBERS;
+const PLACES: Range<usize> = MOTION + 3..MOTION + contacts::NUMBERS;
 
 /// How far two moments are apart: numbers for each grain, then for each contact that either has.
 struct Apart {
@@ -96,26 +99,9 @@ impl Apart {
         let dt = case.model.dt;
         let (a, b) = (&their.bodies, &own.bodies);
         let grains = 0..b.len();
-        let across = b.in_space();
-        let length = |x: f64, y: &dyn Fn() -> f64, z: f64| match across {
-            false => x.hypot(z),
-            true => x.hypot(z).hypot(y()),
-        };
-        let way = |id: usize| {
-            length(a.x[id] - b.x[id], &|| a.y[id] - b.y[id], a.z[id] - b.z[id]) / b.radius[id]
-        };
-        let speed = |id: usize| {
-            let y = || a.vy[id] - b.vy[id];
-            length(a.vx[id] - b.vx[id], &y, a.vz[id] - b.vz[id]) * dt / b.radius[id]
-        };
-        let spin = |id: usize| {
-            let turn = a.spin[id] - b.spin[id];
-            let across = match across {
-                true => (a.spin_x[id] - b.spin_x[id]).hypot(a.spin_z[id] - b.spin_z[id]),
-                false => 0.0,
-            };
-            turn.hypot(across) * dt
-        };
+        let way = |id: usize| hypot(minus(a.position(id), b.position(id))) / b.radius[id];
+        let speed = |id: usize| hypot(minus(a.velocity(id), b.velocity(id))) * dt / b.radius[id];
+        let spin = |id: usize| hypot(minus(a.angular_velocity(id), b.angular_velocity(id))) * dt;
         let turning = 0..a.spin.len().min(b.spin.len());
         let (pairs, of_contacts) = contacts::apart(their, own, &case.model.walls, dt);
         let of_grains = [
@@ -163,6 +149,20 @@ impl Apart {
 
 /// Distances at the shares of grains or contacts, for each quantity.
 type Summary = [[f64; SHARES.len()]; ALL];
+
+/// Each distance becomes at least so many times the other one.
+fn raise(reach: &mut Summary, other: &Summary, times: f64) {
+    let both = reach
+        .as_flattened_mut()
+        .iter_mut()
+        .zip(other.as_flattened());
+    both.for_each(|(reach, other)| *reach = reach.max(times * other));
+}
+
+fn multiply(reach: &mut [[f64; SHARES.len()]], times: f64) {
+    let all = reach.as_flattened_mut().iter_mut();
+    all.for_each(|value| *value *= times);
+}
 
 /// Where a run is farthest off, measured by the replicas.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -232,33 +232,23 @@ impl Envelope {
         // An engine that computes forces in single precision writes its contacts so.
         let coarsest = noise.position.max(noise.velocity).max(noise.overlap);
         let written = if coarsest > 0.5 * FINE { SINGLE } else { 0.0 };
-        let overlaps = own
-            .iter()
-            .flat_map(|snapshot| &snapshot.contacts)
-            .map(|contact| contact.overlap);
+        let contacts = || own.iter().flat_map(|snapshot| &snapshot.contacts);
+        let overlaps = contacts().map(|contact| contact.overlap);
         let written_length = length + written * overlaps.fold(0.0, f64::max);
         // The stiffest pair of a grain has k_n = 2ER, where the other one is much larger.
         let stiffness = 2.0 * law.usual_stiffness(radius) / radius;
         let spring = stiffness * law.stiffness_ratio.max(1.0) * dt * dt / mass;
-        let force =
-            own.iter()
-                .flat_map(|snapshot| &snapshot.contacts)
-                .fold(0.0, |most: f64, contact| {
-                    let grain = contact.id2 as usize;
-                    let push = dt * dt / (case.bodies.mass[grain] * case.bodies.radius[grain]);
-                    most.max(contact.normal_force.abs() * push)
-                });
-        let steps = own
-            .last()
-            .map_or(0, |snapshot| snapshot.step.abs_diff(begun))
-            .max(1) as f64;
+        let force = contacts().fold(0.0, |most: f64, contact| {
+            let grain = contact.id2 as usize;
+            let push = dt * dt / (case.bodies.mass[grain] * case.bodies.radius[grain]);
+            most.max(contact.normal_force.abs() * push)
+        });
+        let steps = own.last().map_or(0, |last| last.step.abs_diff(begun));
+        let steps = steps.max(1) as f64;
         let punch = case.ids().punch();
         let at_punch = own.iter().map(|snapshot| {
-            snapshot
-                .contacts
-                .iter()
-                .filter(|contact| contact.id1 == punch)
-                .count()
+            let contacts = snapshot.contacts.iter();
+            contacts.filter(|contact| contact.id1 == punch).count()
         });
         let on_punch = 1.0 + at_punch.max().unwrap_or(0) as f64;
         let force = spring * length + velocity.max(written) * force;
@@ -279,11 +269,7 @@ impl Envelope {
         let mut reach = vec![least.map(|least| [least; SHARES.len()]); own.len()];
         for replica in replicas {
             for ((reach, their), own) in reach.iter_mut().zip(replica).zip(&own) {
-                let apart = Apart::new(their, own, &case).summary();
-                let reach = reach.as_flattened_mut().iter_mut();
-                reach
-                    .zip(apart.as_flattened())
-                    .for_each(|(reach, apart)| *reach = reach.max(*apart));
+                raise(reach, &Apart::new(their, own, &case).summary(), 1.0);
             }
         }
         // Points and normals of pairs that both runs have move with the grains, and replicas may have few of these pairs.
@@ -296,20 +282,17 @@ impl Envelope {
         // Where distances grow by orders they scatter by as much.
         for (reach, own) in reach.iter_mut().zip(&own) {
             if own.step > begun + NARROW_UNTIL {
-                let all = reach.as_flattened_mut().iter_mut();
-                all.for_each(|value| *value *= FLIPS);
+                multiply(reach, FLIPS);
             }
         }
         if is_coarse(noise) {
-            for of_quantity in reach.iter_mut().flatten() {
-                of_quantity[FEW..]
-                    .iter_mut()
-                    .for_each(|value| *value *= FLIPS);
-            }
-            // What is written of a contact is rounded once more.
-            for of_contacts in &mut reach {
-                let all = of_contacts[MOTION..].as_flattened_mut().iter_mut();
-                all.for_each(|value| *value *= FLIPS);
+            for of_moment in &mut reach {
+                for of_quantity in of_moment.iter_mut() {
+                    let farthest = of_quantity[FEW..].iter_mut();
+                    farthest.for_each(|value| *value *= FLIPS);
+                }
+                // What is written of a contact is rounded once more.
+                multiply(&mut of_moment[MOTION..], FLIPS);
             }
         }
         Envelope { case, own, reach }
@@ -321,10 +304,7 @@ impl Envelope {
         if let Some(last) = self.own.last() {
             let apart = Apart::new(other, last, &self.case).summary();
             for reach in self.reach.iter_mut().skip(1) {
-                let reach = reach.as_flattened_mut().iter_mut();
-                reach
-                    .zip(apart.as_flattened())
-                    .for_each(|(reach, apart)| *reach = reach.max(FLIPS * apart));
+                raise(reach, &apart, FLIPS);
             }
         }
         self
@@ -393,21 +373,8 @@ impl Envelope {
 
     /// The grains whose motion is farther off than rounding takes it, at the first moment at which there are any, with the step.
     pub fn outside(&self, own: &[Snapshot], theirs: &[Snapshot]) -> (Vec<usize>, u64) {
-        for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
-            let apart = Apart::new(their, own, &self.case);
-            let mut outside = Vec::new();
-            for (reach, apart) in reach.iter().zip(&apart.numbers).take(MOTION) {
-                let most = FACTOR * reach[SHARES.len() - 1];
-                let far = |id: &usize| apart[*id].is_nan() || apart[*id] > most;
-                outside.extend((0..apart.len()).filter(far));
-            }
-            outside.sort_unstable();
-            outside.dedup();
-            if !outside.is_empty() {
-                return (outside, own.step);
-            }
-        }
-        (Vec::new(), 0)
+        let (_, outside, step) = self.first_outside(own, theirs, 0..MOTION);
+        (outside, step)
     }
 
     /// The contacts that are farther off than rounding takes them, at the first moment at which there are any, with the step.
@@ -416,23 +383,32 @@ impl Envelope {
         own: &[Snapshot],
         theirs: &[Snapshot],
     ) -> (Vec<(u32, u32)>, u64) {
+        let of_contacts = MOTION..MOTION + contacts::NUMBERS;
+        let (pairs, outside, step) = self.first_outside(own, theirs, of_contacts);
+        (outside.into_iter().map(|at| pairs[at]).collect(), step)
+    }
+
+    /// Where one of these quantities is off, with all pairs of that moment.
+    fn first_outside(
+        &self,
+        own: &[Snapshot],
+        theirs: &[Snapshot],
+        quantities: Range<usize>,
+    ) -> (Vec<(u32, u32)>, Vec<usize>, u64) {
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
             let apart = Apart::new(their, own, &self.case);
-            let of_contacts = MOTION..MOTION + contacts::NUMBERS;
-            let is_off = |at: &usize| {
-                of_contacts.clone().any(|index| {
-                    let most = FACTOR * reach[index][SHARES.len() - 1];
-                    let apart = apart.numbers[index][*at];
-                    apart.is_nan() || apart > most
-                })
-            };
-            let off = (0..apart.pairs.len()).filter(is_off);
-            let off: Vec<(u32, u32)> = off.map(|at| apart.pairs[at]).collect();
-            if !off.is_empty() {
-                return (off, own.step);
+            let outside = quantities.clone().flat_map(|index| {
+                let most = FACTOR * reach[index][SHARES.len() - 1];
+                let far = move |(_, apart): &(usize, &f64)| apart.is_nan() || **apart > most;
+                let all = apart.numbers[index].iter().enumerate();
+                all.filter(far).map(|(at, _)| at)
+            });
+            let outside: BTreeSet<usize> = outside.collect();
+            if !outside.is_empty() {
+                return (apart.pairs, outside.into_iter().collect(), own.step);
             }
         }
-        (Vec::new(), 0)
+        Default::default()
     }
 
     /// What is wrong with contact tables, at the first moment at which they are off and the motion is not.
@@ -609,27 +585,30 @@ pub struct Resolution {
     pub overlap: f64,
 }
 
+/// That of double precision.
+impl Default for Resolution {
+    fn default() -> Self {
+        Resolution::DOUBLE
+    }
+}
+
 impl Resolution {
     /// Of numbers in double precision.
-    pub const DOUBLE: Resolution = Resolution {
-        position: SMALLEST,
-        velocity: SMALLEST,
-        overlap: SMALLEST,
-    };
+    pub const DOUBLE: Resolution = Resolution::of_all(SMALLEST);
 
     /// The coarsest that counts as double precision.
-    pub const COARSE_DOUBLE: Resolution = Resolution {
-        position: FINE,
-        velocity: FINE,
-        overlap: FINE,
-    };
+    pub const COARSE_DOUBLE: Resolution = Resolution::of_all(FINE);
 
     /// Of numbers in single precision.
-    pub const SINGLE: Resolution = Resolution {
-        position: SINGLE,
-        velocity: SINGLE,
-        overlap: SINGLE,
-    };
+    pub const SINGLE: Resolution = Resolution::of_all(SINGLE);
+
+    const fn of_all(smallest: f64) -> Self {
+        Resolution {
+            position: smallest,
+            velocity: smallest,
+            overlap: smallest,
+        }
+    }
 
     /// The same as noise for replicas: numbers are off by half of what makes a difference.
     pub fn noise(&self) -> Noise {
@@ -687,10 +666,7 @@ impl Resolution {
     pub fn cases(case: &Case) -> Vec<Case> {
         let situations = at_start(case);
         let changed = |change: f64| {
-            let mut copy = Case {
-                moments: vec![1],
-                ..case.clone()
-            };
+            let mut copy = case.at(vec![1]);
             let bodies = &mut copy.bodies;
             for (id, situation) in situations.iter().enumerate() {
                 // Each by another length, so that neighbours do not move together.
@@ -702,10 +678,9 @@ impl Resolution {
                 }
                 if *situation == FLYING {
                     let velocities = [&mut bodies.vx, &mut bodies.vy, &mut bodies.vz];
-                    let there = velocities
-                        .into_iter()
-                        .filter_map(|column| column.get_mut(id));
-                    there.for_each(|velocity| *velocity *= 1.0 + change);
+                    for velocity in velocities.into_iter().flat_map(|column| column.get_mut(id)) {
+                        *velocity *= 1.0 + change;
+                    }
                 }
             }
             copy
@@ -772,13 +747,8 @@ mod tests {
         let mut cloud = grains::generate::initial_bodies(&grains::scene::paper_scene(1, 2));
         (cloud.x, cloud.z) = (vec![0.5, -3.0], vec![2.0, 1.0]);
         (cloud.vx, cloud.vz) = (vec![0.0, 4.0], vec![-5.0, 1.0]);
-        let case = Case {
-            name: String::new(),
-            model: grains::model::Model::of(&grains::scene::paper_scene(1, 2)),
-            bodies: cloud,
-            punch: None,
-            moments: vec![0],
-        };
+        let model = grains::model::Model::of(&grains::scene::paper_scene(1, 2));
+        let case = Case::new("", model, cloud, vec![0]);
         let start = grains::variant::run(&case, &Default::default());
         assert_eq!(largest(&start), (3.0, 5.0));
     }

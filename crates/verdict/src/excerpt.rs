@@ -162,33 +162,21 @@ impl Excerpt {
         Ok(Some(self))
     }
 
-    /// One that the rule of settling ends at a look, with some share that is still to be set, and the moments of these looks.
-    fn ended_by_a_look(
-        start: &str,
-        key: &str,
-        scene: &Scene,
-        from: Start,
-    ) -> Result<(Self, Vec<Snapshot>), NativeError> {
-        let mut excerpt = Excerpt::new(start, key, scene, from);
-        let first = excerpt.task.start.step;
-        excerpt.task.start.seen = Seen::default();
-        excerpt.task.until = Until::Step(first + STEPS_OF_EXCERPT);
-        let moments = excerpt.native(None)?;
-        excerpt.scene.settle.check_every = EXCERPT_EVERY;
-        excerpt.scene.settle.max_steps = first + MOST_STEPS;
-        excerpt.task.until = Until::EndOfSettling;
-        Ok((excerpt, moments))
+    /// Has the rule of settling end it at a look, with some share that is still to be set; the moments of these looks.
+    fn ended_by_a_look(&mut self) -> Result<Vec<Snapshot>, NativeError> {
+        let first = self.task.start.step;
+        self.task.start.seen = Seen::default();
+        let moments = self.native(None)?;
+        self.scene.settle.check_every = EXCERPT_EVERY;
+        self.scene.settle.max_steps = first + MOST_STEPS;
+        self.task.until = Until::EndOfSettling;
+        Ok(moments)
     }
 
     /// From a state that still gains energy to the first look at which it has less than at the one before, where the rule holds: by
     /// another share of it, or of another energy than the largest, it holds elsewhere. None where the energy does not rise and fall so soon.
-    pub fn until_settled(
-        start: &str,
-        key: &str,
-        scene: &Scene,
-        from: Start,
-    ) -> Result<Option<Self>, NativeError> {
-        let (mut excerpt, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
+    pub fn until_settled(mut self) -> Result<Option<Self>, NativeError> {
+        let moments = self.ended_by_a_look()?;
         let looks: Vec<f64> = moments[1..]
             .iter()
             .map(|moment| moment.bodies.kinetic_energy())
@@ -205,19 +193,14 @@ impl Excerpt {
             }
             least = least.min(of_largest);
         }
-        excerpt.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
-        Ok(share.map(|_| excerpt))
+        self.scene.settle.kinetic_energy_fraction = share.unwrap_or(0.0);
+        Ok(share.map(|_| self))
     }
 
     /// From a state whose grains spin to a look at which the rule holds by all kinetic energy, and by as few as possible of those that
     /// leave something out or count spins twice. None where there is no such look.
-    pub fn until_spins_settle(
-        start: &str,
-        key: &str,
-        scene: &Scene,
-        from: Start,
-    ) -> Result<Option<Self>, NativeError> {
-        let (mut excerpt, moments) = Excerpt::ended_by_a_look(start, key, scene, from)?;
+    pub fn until_spins_settle(mut self) -> Result<Option<Self>, NativeError> {
+        let moments = self.ended_by_a_look()?;
         let looks = moments[1..].iter().map(|moment| {
             let all = moment.bodies.kinetic_energy();
             let without = |leave: fn(&mut Bodies)| {
@@ -255,12 +238,11 @@ impl Excerpt {
             let others = (1..looks[0].len()).filter(|which| is_one && holds(*which, share) != at);
             (others.count(), share)
         });
-        let best = seen.fold(
-            (0, 0.0),
-            |best, seen| if seen.0 > best.0 { seen } else { best },
-        );
-        excerpt.scene.settle.kinetic_energy_fraction = best.1;
-        Ok((best.0 > 0).then_some(excerpt))
+        // The first of several that tell as many.
+        let best = seen.rev().max_by_key(|(others, _)| *others);
+        let best = best.filter(|(others, _)| *others > 0);
+        self.scene.settle.kinetic_energy_fraction = best.map_or(0.0, |best| best.1);
+        Ok(best.map(|_| self))
     }
 
     /// Moments that a run itself has told, of which the native engine goes on from the first.
@@ -276,22 +258,21 @@ impl Excerpt {
     }
 
     /// Pouring that ends by its most steps before the rule holds: nothing is loaded then.
-    pub fn to_most_steps(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
-        let mut excerpt = Excerpt::new(start, key, scene, from);
-        excerpt.task.start.seen = Seen::default();
-        excerpt.task.until = Until::EndOfLoading;
-        let settle = &mut excerpt.scene.settle;
+    pub fn to_most_steps(mut self) -> Self {
+        self.task.start.seen = Seen::default();
+        self.task.until = Until::EndOfLoading;
+        let settle = &mut self.scene.settle;
         settle.kinetic_energy_fraction = 1.0e-12;
         settle.check_every = 2 * EXCERPT_EVERY;
-        settle.max_steps = excerpt.task.start.step + STEPS_OF_EXCERPT / 2;
-        excerpt
+        settle.max_steps = self.task.start.step + STEPS_OF_EXCERPT / 2;
+        self
     }
 
     /// Pouring of a bed that was livelier at a look before: the rule holds at its first look, and would not by what this run sees.
-    pub fn livelier_before(start: &str, key: &str, scene: &Scene, from: Start) -> Self {
-        let energy = 100.0 * from.bodies.kinetic_energy();
-        let mut excerpt = Excerpt::to_most_steps(start, key, scene, from);
-        excerpt.task.start.seen.energy = energy;
+    pub fn livelier_before(self) -> Self {
+        let mut excerpt = self.to_most_steps();
+        let start = &mut excerpt.task.start;
+        start.seen.energy = 100.0 * start.bodies.kinetic_energy();
         excerpt.task.until = Until::EndOfSettling;
         excerpt.scene.settle.kinetic_energy_fraction = 0.5;
         excerpt
@@ -319,15 +300,11 @@ impl Excerpt {
         });
         let runs: Result<Vec<_>, _> = runs.into_iter().collect();
         let stage = self.task.start.stage;
-        let case = Case {
-            name: self.start.clone(),
-            model: Model::in_stage(&self.scene, stage),
-            bodies: own
-                .first()
-                .map_or_else(Bodies::default, |snapshot| snapshot.bodies.clone()),
-            punch: None,
-            moments: Vec::new(),
-        };
+        let model = Model::in_stage(&self.scene, stage);
+        let bodies = own
+            .first()
+            .map_or_else(Bodies::default, |snapshot| snapshot.bodies.clone());
+        let case = Case::new(&self.start, model, bodies, Vec::new());
         let again = self.remembering_again(&own)?;
         let envelope = Envelope::of(case, own, &runs?, noise);
         Ok(again.iter().fold(envelope, |envelope, again| {
@@ -429,10 +406,10 @@ fn remembered(scene: &Scene, snapshot: &Snapshot) -> Result<Memories, NativeErro
     native::run(scene, &task, &native::Options::default(), &mut seen)?;
     let made = seen.iter().flat_map(|moment| &moment.contacts);
     let made: BTreeMap<_, _> = made
-        .map(|contact| ((contact.id1, contact.id2), contact.normal_force))
+        .map(|contact| (contact.ids(), contact.normal_force))
         .collect();
     for (memory, told) in memory.planar.iter_mut().zip(&snapshot.contacts) {
-        let Some(made) = made.get(&(told.id1, told.id2)) else {
+        let Some(made) = made.get(&told.ids()) else {
             continue;
         };
         let more = told.normal_force - made;
@@ -457,7 +434,7 @@ fn remembered_in_space(scene: &Scene, snapshot: &Snapshot) -> Memories {
         let ([nx, nz], ny) = (told.normal, across.normal);
         let mut shear: Vector = across.tangential;
         let mut slides = false;
-        if let Some(by) = reference.by_table((told.id1, told.id2), told.normal_force) {
+        if let Some(by) = reference.by_table(told.ids(), told.normal_force) {
             let more = told.normal_force - by.normal_force;
             let most = OUT_OF_TANGENT * hypot(shear) + ROUNDED * by.normal_force.abs();
             let told_shear = shear;

@@ -8,6 +8,7 @@ use grains::scene::{Springs, Viscosity};
 use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
 use grains::variant::{Form, Key, Variant};
+use grains::vector::Vector;
 use serde::Serialize;
 
 use crate::constants::kind_of_pair;
@@ -87,10 +88,6 @@ fn constants(case: &Case, see: &mut See<'_>) {
         see("its half-height", "m", punch.half_extents[1]);
     }
     for obstacle in &model.obstacles {
-        let size = |vector: [f64; 3]| {
-            let squares = vector.iter().map(|component| component * component);
-            squares.sum::<f64>().sqrt()
-        };
         see("speeds of obstacles", "m/s", size(obstacle.velocity));
         see("their spins", "rad/s", size(obstacle.spin));
     }
@@ -131,34 +128,31 @@ fn constants(case: &Case, see: &mut See<'_>) {
     }
 }
 
+/// Squares are added in this order.
+fn size([a, b, c]: Vector) -> f64 {
+    (a * a + b * b + c * c).sqrt()
+}
+
 fn motion(moment: &Snapshot, see: &mut See<'_>) {
     let bodies = &moment.bodies;
-    let size = |columns: [&[f64]; 3], id: usize| {
-        let parts = columns.map(|column| column.get(id).copied().unwrap_or(0.0));
-        parts.iter().map(|part| part * part).sum::<f64>().sqrt()
-    };
     let mut touching = vec![0.0f64; bodies.len()];
     for contact in &moment.contacts {
         let ids = [contact.id1, contact.id2].map(|id| id as usize);
         let radii = ids.map(|id| bodies.radius.get(id).copied().unwrap_or(f64::INFINITY));
         see("overlaps", "R", contact.overlap / radii[0].min(radii[1]));
         for id in ids {
-            touching
-                .get_mut(id)
-                .into_iter()
-                .for_each(|count| *count += 1.0);
+            if let Some(count) = touching.get_mut(id) {
+                *count += 1.0;
+            }
         }
     }
     for (id, touching) in touching.into_iter().enumerate() {
         see("contacts of a grain", "", touching);
-        see(
-            "speeds",
-            "m/s",
-            size([&bodies.vx, &bodies.vz, &bodies.vy], id),
-        );
+        let [vx, vy, vz] = bodies.velocity(id);
+        see("speeds", "m/s", size([vx, vz, vy]));
         if bodies.rotate() {
-            let spins = [&bodies.spin[..], &bodies.spin_x, &bodies.spin_z];
-            see("spins", "rad/s", size(spins, id));
+            let [x, y, z] = bodies.angular_velocity(id);
+            see("spins", "rad/s", size([y, x, z]));
         }
     }
     for place in [&bodies.x, &bodies.z, &bodies.y].into_iter().flatten() {
@@ -173,40 +167,37 @@ const AT_LIMIT: f64 = 1.0e-9;
 
 /// Of the native runs of these cases; kinds that the cases do not have are left out.
 pub fn counts<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec<Count> {
-    let count = |what, least| Count {
-        what,
-        found: 0,
-        least,
-    };
-    let mut counts = [
-        count("pairs of grains", LEAST),
-        count("sliding contacts", LEAST),
-        count("contacts at walls", LEAST),
-        count("contacts at the punch", 1),
-        count("contacts at obstacles", LEAST),
+    // Each with what it needs of a case, and how many at least.
+    type Has = fn(&Case) -> bool;
+    let kinds: [(&'static str, Has, usize); 5] = [
+        ("pairs of grains", |_| true, LEAST),
+        (
+            "sliding contacts",
+            |case| case.model.law.has_friction(),
+            LEAST,
+        ),
+        (
+            "contacts at walls",
+            |case| !case.model.walls.is_empty(),
+            LEAST,
+        ),
+        ("contacts at the punch", |case| case.punch.is_some(), 1),
+        (
+            "contacts at obstacles",
+            |case| !case.model.obstacles.is_empty(),
+            LEAST,
+        ),
     ];
     let mut asked = [true, false, false, false, false];
+    let mut most = [0; 5];
     for (case, run) in runs {
-        let law = &case.model.law;
-        let has_walls = !case.model.walls.is_empty();
-        let has_obstacles = !case.model.obstacles.is_empty();
-        let has_punch = case.punch.is_some();
-        let has = [
-            true,
-            law.has_friction(),
-            has_walls,
-            has_punch,
-            has_obstacles,
-        ];
-        asked
-            .iter_mut()
-            .zip(has)
-            .for_each(|(asked, has)| *asked |= has);
+        for (asked, (_, has, _)) in asked.iter_mut().zip(kinds) {
+            *asked |= has(case);
+        }
+        // Their ids follow those of the walls.
+        let obstacles = (case.bodies.len() + case.model.walls.len()) as u32..case.ids().punch();
         for moment in run {
             let mut found = [0; 5];
-            // Their ids follow those of the walls.
-            let obstacles = (case.bodies.len() + case.model.walls.len()) as u32;
-            let obstacles = obstacles..case.ids().punch();
             for contact in &moment.contacts {
                 let kind = match obstacles.contains(&contact.id1) {
                     true => 4,
@@ -215,12 +206,17 @@ pub fn counts<'a>(runs: impl Iterator<Item = (&'a Case, &'a [Snapshot])>) -> Vec
                 found[kind] += 1;
                 found[1] += usize::from(slides(case, contact));
             }
-            let counts = counts.iter_mut().zip(found);
-            counts.for_each(|(count, found)| count.found = count.found.max(found));
+            let both = most.iter_mut().zip(found);
+            both.for_each(|(most, found)| *most = found.max(*most));
         }
     }
-    let asked = counts.into_iter().zip(asked).filter(|(_, asked)| *asked);
-    asked.map(|(count, _)| count).collect()
+    let all = kinds
+        .into_iter()
+        .zip(most)
+        .zip(asked)
+        .filter(|(_, asked)| *asked);
+    let count = |(((what, _, least), found), _)| Count { what, found, least };
+    all.map(count).collect()
 }
 
 /// Whether its tangential force is its limit.

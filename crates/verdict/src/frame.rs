@@ -71,14 +71,16 @@ impl Frame {
     /// The last of so many grains becomes the first, and then some: of most pairs the other one has the lower id.
     pub fn renumbered(grains: usize) -> Self {
         let id = |old: usize| ((2 * grains - 1 - old + grains / 3) % grains) as u32;
-        Frame {
-            ids: (0..grains).map(id).collect(),
-            ..Frame::HERE
-        }
+        Frame::with_ids((0..grains).map(id).collect())
+    }
+
+    /// Each grain has this id there.
+    pub fn with_ids(ids: Vec<u32>) -> Self {
+        Frame { ids, ..Frame::HERE }
     }
 
     /// The way back.
-    fn back(&self) -> Self {
+    pub fn back(&self) -> Self {
         let mut back = Frame::HERE;
         back.matrix = [0, 1, 2].map(|here| self.matrix.map(|row| row[here]));
         if self.shift != [0.0; 3] {
@@ -144,44 +146,35 @@ impl Frame {
         let along = |row: &[f64; 3]| row[wall.axis.in_space()].abs() == 1.0;
         let there = self.matrix.iter().position(along);
         let there = there.expect("no case with walls is turned askew");
-        Wall {
-            axis: [Axis::X, Axis::Y, Axis::Z][there],
-            place: self.place(place)[there],
-        }
+        Wall::at([Axis::X, Axis::Y, Axis::Z][there], self.place(place)[there])
     }
 
     fn id(&self, id: u32) -> u32 {
         self.ids.get(id as usize).copied().unwrap_or(id)
     }
 
-    fn bodies(&self, bodies: &Bodies) -> Bodies {
+    /// Grains as they are there.
+    pub fn bodies(&self, bodies: &Bodies) -> Bodies {
         let [length, mass, time] = self.units;
         let mut there = bodies.clone();
-        let or_zero = |column: &[f64], id: usize| column.get(id).copied().unwrap_or(0.0);
-        let put = |column: &mut [f64], id: usize, value: f64| {
-            if let Some(cell) = column.get_mut(id) {
-                *cell = value;
-            }
-        };
         for old in 0..bodies.len() {
             let id = self.id(old as u32) as usize;
-            let [x, y, z] = self.place([bodies.x[old], or_zero(&bodies.y, old), bodies.z[old]]);
-            (there.x[id], there.z[id]) = (x, z);
-            put(&mut there.y, id, y);
-            let velocity = [bodies.vx[old], or_zero(&bodies.vy, old), bodies.vz[old]];
-            let [x, y, z] = self.vector(velocity, length / time);
-            (there.vx[id], there.vz[id]) = (x, z);
-            put(&mut there.vy, id, y);
-            there.radius[id] = bodies.radius[old] * length;
-            there.mass[id] = bodies.mass[old] * mass;
-            let spins = [&bodies.spin_x, &bodies.spin, &bodies.spin_z];
-            let spin = spins.map(|column| or_zero(column, old));
-            let [x, y, z] = self.vector(spin, self.hand() / time);
-            put(&mut there.spin_x, id, x);
-            put(&mut there.spin, id, y);
-            put(&mut there.spin_z, id, z);
-            let inertia = or_zero(&bodies.inertia, old) * (mass * length * length);
-            put(&mut there.inertia, id, inertia);
+            let place = self.place(bodies.position(old));
+            let velocity = self.vector(bodies.velocity(old), length / time);
+            let spin = self.vector(bodies.angular_velocity(old), self.hand() / time);
+            let inertia = bodies.inertia.get(old).copied().unwrap_or(0.0);
+            let others = [
+                bodies.radius[old] * length,
+                bodies.mass[old] * mass,
+                inertia * (mass * length * length),
+            ];
+            let values = [place, velocity, spin, others];
+            for (column, value) in there.columns_mut().into_iter().zip(values.as_flattened()) {
+                // What grains in the plane or without rotation do not have stays away.
+                if let Some(cell) = column.get_mut(id) {
+                    *cell = *value;
+                }
+            }
             if let Some(material) = bodies.material.get(old) {
                 there.material[id] = *material;
             }
@@ -203,7 +196,7 @@ impl Frame {
     }
 
     /// A contact, in space with what it has across.
-    fn contact(
+    pub fn contact(
         &self,
         contact: &Contact,
         across: Option<&Across>,
@@ -251,11 +244,8 @@ impl Frame {
         let model = &mut there.model;
         model.gravity = self.in_plane(case.model.gravity, length / (time * time));
         model.dt *= time;
-        let moduli = model
-            .law
-            .materials
-            .iter_mut()
-            .map(|solid| &mut solid.modulus);
+        let materials = model.law.materials.iter_mut();
+        let moduli = materials.map(|solid| &mut solid.modulus);
         for modulus in moduli.chain([&mut model.law.modulus]) {
             *modulus *= mass / (length * time * time);
         }
@@ -310,13 +300,7 @@ mod tests {
     #[test]
     fn what_goes_there_comes_back() {
         let scene = paper_scene(1, 60);
-        let case = Case {
-            name: String::new(),
-            model: Model::of(&scene),
-            bodies: initial_bodies(&scene),
-            punch: None,
-            moments: vec![0],
-        };
+        let case = Case::new("", Model::of(&scene), initial_bodies(&scene), vec![0]);
         let here = run_case(&case, None).expect("a run");
         for frame in [
             Frame::HERE,

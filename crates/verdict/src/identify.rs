@@ -58,9 +58,8 @@ impl Reference {
         let answered = answers.states.iter().zip(&answers.of_states);
         let observed = answered.filter_map(|((_, state), answer)| {
             let theirs = answer.as_ref().ok()?;
-            let mut steps = theirs.iter().map(|snapshot| snapshot.step);
-            let is_asked_for = steps.by_ref().eq(state.case.moments.iter().copied());
-            let tells = !state.drawn && state.key != LARGE_STATE && is_asked_for;
+            let is_usual = !state.drawn && state.key != LARGE_STATE;
+            let tells = is_usual && state.case.is_answered_by(theirs);
             tells.then_some((state.law.as_str(), (&state.case, &theirs[..])))
         });
         let observed: Vec<(&str, Observed<'_>)> = observed.collect();

@@ -10,10 +10,12 @@ use grains::model::{Axis, Wall};
 use grains::native::NativeError;
 use grains::rules::{Arms, GivenVelocities, Integration, Rules, WrittenVelocities};
 use grains::scene::Springs;
-use grains::tables::{Across, Bodies, Contact, Snapshot};
+use grains::tables::{Bodies, Contact, Snapshot};
 use grains::task::Case;
+use grains::vector::minus;
 use serde::{Deserialize, Serialize};
 
+use crate::contacts::Table;
 use crate::envelope::{Envelope, FACTOR, Resolution, largest};
 use crate::frame::Frame;
 use crate::starts::{MOMENTS, Start, State};
@@ -37,15 +39,43 @@ pub struct Relation {
     pub key: &'static str,
     /// What is done to a case.
     pub name: &'static str,
-    /// The cases that it asks for; none where it says nothing.
-    there: fn(&Known) -> Vec<Case>,
-    /// What was answered, as if the case had been asked for as it is.
-    back: fn(&Known, Vec<Run>) -> Vec<Run>,
+    asks: Asks,
     holds: Holds,
-    /// It is not asked of a law that has this.
-    unless: Option<Own>,
     /// What usually breaks it.
     pub breaks: &'static str,
+}
+
+/// The cases that a relation asks for, none where it says nothing, and what was answered as if the case had been asked for as it is.
+enum Asks {
+    /// Its answers are as they are.
+    Cases(fn(&Known) -> Vec<Case>),
+    /// The case as it is in each of these frames.
+    Frames(fn(&Known) -> Vec<Frame>),
+    /// There, and back.
+    Changed(fn(&Known) -> Vec<Case>, fn(&Known, Vec<Run>) -> Vec<Run>),
+}
+
+impl Asks {
+    fn there(&self, known: &Known) -> Vec<Case> {
+        match self {
+            Asks::Cases(there) | Asks::Changed(there, _) => there(known),
+            Asks::Frames(frames) => {
+                let there = |frame: Frame| frame.case(&known.state.case);
+                frames(known).into_iter().map(there).collect()
+            }
+        }
+    }
+
+    fn back(&self, known: &Known, runs: Vec<Run>) -> Vec<Run> {
+        match self {
+            Asks::Cases(_) => runs,
+            Asks::Changed(_, back) => back(known, runs),
+            Asks::Frames(frames) => {
+                let each = frames(known).into_iter().zip(&runs);
+                each.map(|(frame, run)| told_here(&frame, run)).collect()
+            }
+        }
+    }
 }
 
 /// What must hold between the answers and the run of the case as it is.
@@ -72,136 +102,108 @@ pub const RELATIONS: [Relation; 13] = [
     Relation {
         key: "again",
         name: "run twice, the second time in another order of cases",
-        there: |known| vec![known.state.case.clone()],
-        back: as_told,
+        asks: Asks::Cases(|known| vec![known.state.case.clone()]),
         holds: Holds::EveryBit,
-        unless: None,
         breaks: "memory that is never set or is kept from the case before, threads that add in the order in which they come, or random numbers without a fixed seed",
     },
     Relation {
         key: "output",
         name: "told of at every step, or at the last one alone",
-        there: |known| {
+        asks: Asks::Cases(|known| {
             let last = MOMENTS[MOMENTS.len() - 1];
             let every = (0..=EVERY_STEP).chain([last]).collect();
-            vec![known.at(every), known.at(vec![last])]
-        },
-        back: as_told,
+            vec![known.state.case.at(every), known.state.case.at(vec![last])]
+        }),
         holds: Holds::EveryBit,
-        unless: None,
         breaks: "output that changes the run: a table that is sorted in place, contacts or velocities that are made anew for it",
     },
     Relation {
         key: "resumed",
         name: "stopped and resumed from its own table",
-        there: resumed,
-        back: |_, mut runs| {
+        asks: Asks::Changed(resumed, |_, mut runs| {
             let moments = runs.iter_mut().flatten();
             moments.for_each(|moment| moment.step += STOPPED);
             runs
-        },
+        }),
         holds: Holds::Rounding(1.0),
-        unless: Some(Own::Memory),
         breaks: "something that is remembered and not written, such as neighbours found at the start, or a first step that is not as the others",
     },
     Relation {
         key: "renumbered",
         name: "grains renumbered",
-        there: |known| vec![renumbered(known).case(&known.state.case)],
-        back: |known, runs| told_here(&renumbered(known), &runs),
+        asks: Asks::Frames(|known| vec![Frame::renumbered(known.state.case.bodies.len())]),
         holds: Holds::Rounding(1.0),
-        unless: None,
         breaks: "forces that depend on which of two grains comes first, pairs that are lost by their order, or one grain that is treated otherwise",
     },
     Relation {
         key: "mirrored",
         name: "mirrored, left for right and in space front for back",
-        there: |known| each_as_seen_from(known, mirrors(known)),
-        back: |known, runs| each_told_here(mirrors(known), runs),
+        asks: Asks::Frames(mirrors),
         holds: Holds::Rounding(1.0),
-        unless: None,
         breaks: "a torque, a spin or a tangential force with the wrong sign, or coordinates below zero that are cut to whole cells",
     },
     Relation {
         key: "turned",
         name: "turned by a quarter, with gravity and walls",
-        there: |known| each_as_seen_from(known, quarters(known)),
-        back: |known, runs| each_told_here(quarters(known), runs),
+        asks: Asks::Frames(quarters),
         holds: Holds::Rounding(1.0),
-        unless: None,
         breaks: "gravity or walls that are taken to lie along one axis, or a term that is missing along one of them",
     },
     Relation {
         key: "askew",
         name: "left alone in space, and turned by an angle that is no quarter",
-        there: |known| match known.state.case.bodies.in_space() {
-            true => askew(known),
-            false => Vec::new(),
-        },
-        back: |_, mut runs| {
+        asks: Asks::Changed(askew, |_, mut runs| {
             let last = runs.pop().unwrap_or_default();
-            runs.extend(told_here(&Frame::ASKEW, &[last]));
+            runs.push(told_here(&Frame::ASKEW, &last));
             runs
-        },
+        }),
         holds: Holds::Together,
-        unless: None,
         breaks: "a component of a tangential force or a moment that is taken along an axis of the box instead of the contact's, or is not turned with the contact",
     },
     Relation {
         key: "shifted",
         name: "shifted to the side and up",
-        there: |known| vec![shifted(known).case(&known.state.case)],
-        back: |known, runs| told_here(&shifted(known), &runs),
+        asks: Asks::Frames(|known| vec![shifted(known)]),
         holds: Holds::Rounding(2.5),
-        unless: None,
         breaks: "a wall or a cell grid that is taken to begin at zero, or a tolerance that is a share of a coordinate",
     },
     Relation {
         key: "units",
         name: "in other units of length, mass and time",
-        there: |known| vec![units(known).case(&known.state.case)],
-        back: |known, runs| told_here(&units(known), &runs),
+        // Shorter metres: an engine that counts from a corner of its own rounds what is small there.
+        asks: Asks::Frames(|_| vec![Frame::in_units([12, -7, 5])]),
         holds: Holds::Exactly,
-        unless: Some(Own::Constants),
         breaks: "a constant with a unit that stands in the program, such as gravity or a time step, or an absolute tolerance in metres",
     },
     Relation {
         key: "copies",
         name: "twice, far apart, in one job",
-        there: doubled,
-        back: one_by_one,
+        asks: Asks::Changed(doubled, one_by_one),
         holds: Holds::Rounding(1.0 + FAR[0]),
-        unless: None,
         breaks: "a cell list that ends before the second copy does, buffers that are used again, or a sum over all grains that acts on each",
     },
     Relation {
         key: "step",
         name: "time step halved, and halved again",
-        there: |known| match known.state.case.punch {
+        asks: Asks::Cases(|known| match known.state.case.punch {
             Some(_) => Vec::new(),
             None => HALVED.map(|times| stack(known, times)).to_vec(),
-        },
-        back: as_told,
+        }),
         holds: Holds::Converges,
-        unless: None,
         breaks: "a time step that is not read everywhere, or a force that is a jump a step and no rate",
     },
     Relation {
         key: "account",
         name: "momentum that each grain gains, against the forces that are written",
-        there: |known| vec![undamped(known, (0..=ACCOUNTED).collect())],
-        back: as_told,
+        asks: Asks::Cases(|known| vec![undamped(known, (0..=ACCOUNTED).collect())]),
         holds: Holds::Account,
-        unless: Some(Own::Unlisted),
         breaks: "forces that act on one of two bodies only, forces that act and are not in the table, or gravity that is not the job's",
     },
     Relation {
         key: "conserved",
         name: "momentum and angular momentum of grains that are left alone",
-        there: |known| vec![alone(known)],
-        back: as_told,
+        asks: Asks::Cases(|known| vec![alone(known)]),
         holds: Holds::Conserved,
-        unless: Some(Own::Unlisted),
         breaks: "a force on one of two grains only, or a torque with the wrong sign or arm",
     },
 ];
@@ -401,12 +403,7 @@ impl Relation {
 
     /// Whether it holds in every state; the first one in which it does not is told of.
     pub fn held<E>(&self, itself: &Itself<'_>, engine: &mut Engine<'_, E>) -> Result<Held, E> {
-        if let Some(own) = self.unless.filter(|own| itself.own.contains(own)) {
-            let why = match own {
-                Own::Constants => "its law has constants of its own, with units",
-                Own::Memory => "its contacts remember what tables do not tell",
-                Own::Unlisted => "it has forces that no contact table tells",
-            };
+        if let Some((_, why)) = self.unless().filter(|(own, _)| itself.own.contains(own)) {
             return Ok(Held::Open(format!("the engine says that {why}")));
         }
         if let Some(why) = self.broken_by(&itself.rules) {
@@ -414,7 +411,7 @@ impl Relation {
         }
         let mut asked = Vec::new();
         for known in &itself.known {
-            let cases = (self.there)(known);
+            let cases = self.asks.there(known);
             if !cases.is_empty() && cases.iter().all(|case| (itself.lacks)(case).is_none()) {
                 asked.push((known, cases));
             }
@@ -425,7 +422,7 @@ impl Relation {
             let state = &known.state.case.name;
             let found = match answer {
                 Err(why) => Held::Open(format!("the engine refused: {why}")),
-                Ok(runs) => self.found(known, &cases, (self.back)(known, runs), &itself.rules),
+                Ok(runs) => self.found(known, &cases, self.asks.back(known, runs), &itself.rules),
             };
             match found {
                 Held::Holds(said) => holds.push(said),
@@ -438,6 +435,21 @@ impl Relation {
             Some(said) => Held::Holds(format!("in {} states {said}", holds.len())),
             None => Held::Open(open.unwrap_or_else(none)),
         })
+    }
+
+    /// It is not asked of a law that has this.
+    fn unless(&self) -> Option<(Own, &'static str)> {
+        match self.key {
+            "units" => Some((
+                Own::Constants,
+                "its law has constants of its own, with units",
+            )),
+            "resumed" => Some((Own::Memory, "its contacts remember what tables do not tell")),
+            "account" | "conserved" => {
+                Some((Own::Unlisted, "it has forces that no contact table tells"))
+            }
+            _ => None,
+        }
     }
 
     /// Why it cannot hold of a right engine with these rules.
@@ -475,14 +487,6 @@ impl Relation {
 }
 
 impl Known {
-    /// The case with other moments.
-    fn at(&self, moments: Vec<u64>) -> Case {
-        Case {
-            moments,
-            ..self.state.case.clone()
-        }
-    }
-
     /// The moments of a run of this state that another one has too.
     fn common(run: &[Snapshot], with: &[Snapshot]) -> Run {
         let is_in = |moment: &&Snapshot| with.iter().any(|other| other.step == moment.step);
@@ -577,26 +581,8 @@ fn reach(bodies: &Bodies) -> f64 {
     all.fold(0.0, |most, (place, radius)| most.max(place.abs() + radius))
 }
 
-fn as_told(_: &Known, runs: Vec<Run>) -> Vec<Run> {
-    runs
-}
-
-fn told_here(frame: &Frame, runs: &[Run]) -> Vec<Run> {
-    let back = |run: &Run| run.iter().map(|moment| frame.told_here(moment)).collect();
-    runs.iter().map(back).collect()
-}
-
-/// The case as it is in each of these frames.
-fn each_as_seen_from(known: &Known, frames: Vec<Frame>) -> Vec<Case> {
-    let there = |frame: Frame| frame.case(&known.state.case);
-    frames.into_iter().map(there).collect()
-}
-
-/// Answers from these frames, one from each.
-fn each_told_here(frames: Vec<Frame>, runs: Vec<Run>) -> Vec<Run> {
-    let each = frames.into_iter().zip(runs);
-    each.flat_map(|(frame, run)| told_here(&frame, &[run]))
-        .collect()
+fn told_here(frame: &Frame, run: &[Snapshot]) -> Run {
+    run.iter().map(|moment| frame.told_here(moment)).collect()
 }
 
 fn mirrors(known: &Known) -> Vec<Frame> {
@@ -608,15 +594,15 @@ fn mirrors(known: &Known) -> Vec<Frame> {
 
 /// Grains that are left alone as they are, with other last digits, and turned by no quarter.
 fn askew(known: &Known) -> Vec<Case> {
+    if !known.state.case.bodies.in_space() {
+        return Vec::new();
+    }
     let here = alone(known);
+    let mut all = vec![here.clone()];
     let replicas = 1..=known.replicas.len() as u64;
-    let replicas = replicas.map(|replica| last_digits(&here, known.resolution, replica));
-    let there = Frame::ASKEW.case(&here);
-    [here.clone()]
-        .into_iter()
-        .chain(replicas)
-        .chain([there])
-        .collect()
+    all.extend(replicas.map(|replica| last_digits(&here, known.resolution, replica)));
+    all.push(Frame::ASKEW.case(&here));
+    all
 }
 
 /// A punch goes down, and gravity has no component along y.
@@ -632,20 +618,11 @@ fn quarters(known: &Known) -> Vec<Frame> {
     frames
 }
 
-fn renumbered(known: &Known) -> Frame {
-    Frame::renumbered(known.state.case.bodies.len())
-}
-
 fn shifted(known: &Known) -> Frame {
     let case = &known.state.case;
     let across = f64::from(u8::from(case.bodies.in_space()));
     let way = [0.37, -1.3 * across, 0.71];
     Frame::shifted(way.map(|share| share * reach(&case.bodies)))
-}
-
-/// Shorter metres: an engine that counts from a corner of its own rounds what is small there.
-fn units(_: &Known) -> Frame {
-    Frame::in_units([12, -7, 5])
 }
 
 /// From the middle of its own run on, where positions and velocities tell all.
@@ -669,27 +646,6 @@ fn far(known: &Known) -> f64 {
     FAR[usize::from(!known.resolution.is_double())] * reach(&known.state.case.bodies)
 }
 
-fn columns(bodies: &mut Bodies) -> [&mut Vec<f64>; 12] {
-    let Bodies {
-        x,
-        z,
-        vx,
-        vz,
-        radius,
-        mass,
-        spin,
-        inertia,
-        y,
-        vy,
-        spin_x,
-        spin_z,
-        material: _,
-    } = bodies;
-    [
-        x, z, vx, vz, radius, mass, spin, inertia, y, vy, spin_x, spin_z,
-    ]
-}
-
 /// With a copy of its grains far away, between copies of its upright walls.
 fn doubled(known: &Known) -> Vec<Case> {
     let mut both = known.state.case.clone();
@@ -697,14 +653,7 @@ fn doubled(known: &Known) -> Vec<Case> {
         return Vec::new();
     }
     let copy = Frame::shifted([far(known), 0.0, 0.0]).case(&both);
-    let mut copied = copy.bodies;
-    for (all, more) in columns(&mut both.bodies)
-        .into_iter()
-        .zip(columns(&mut copied))
-    {
-        all.append(more);
-    }
-    both.bodies.material.append(&mut copied.material);
+    both.bodies.append(copy.bodies);
     let upright = |wall: &Wall| wall.axis == Axis::X;
     let walls = copy.model.walls.into_iter().filter(upright);
     both.model.walls.extend(walls);
@@ -723,7 +672,7 @@ fn one_by_one(known: &Known, runs: Vec<Run>) -> Vec<Run> {
         let first = which * grains;
         let part = |moment: &Snapshot| {
             let mut part = moment.clone();
-            for column in columns(&mut part.bodies) {
+            for column in part.bodies.columns_mut() {
                 *column = column.iter().skip(first).take(grains).copied().collect();
             }
             let material = part.bodies.material.into_iter().skip(first).take(grains);
@@ -752,7 +701,7 @@ fn one_by_one(known: &Known, runs: Vec<Run>) -> Vec<Run> {
 
 /// Without damping, looked at after these steps.
 fn undamped(known: &Known, moments: Vec<u64>) -> Case {
-    let mut case = known.at(moments);
+    let mut case = known.state.case.at(moments);
     case.model.alpha = 0.0;
     case
 }
@@ -807,20 +756,14 @@ fn stack(known: &Known, divided: u64) -> Case {
     }
     model.gravity = [0.0, -gravity];
     model.dt /= divided as f64;
-    model.walls = vec![Wall {
-        axis: Axis::Z,
-        place: 0.0,
-    }];
+    model.walls = vec![Wall::at(Axis::Z, 0.0)];
     case.bodies = two;
     case
 }
 
 /// How much closer the second pair of runs is than the first.
 fn converges(runs: &[Run], resolution: Resolution) -> Held {
-    let pairs = |moment: &Snapshot| -> Vec<(u32, u32)> {
-        let contacts = moment.contacts.iter();
-        contacts.map(|contact| (contact.id1, contact.id2)).collect()
-    };
+    let pairs = |moment: &Snapshot| moment.contacts.iter().map(Contact::ids).collect::<Vec<_>>();
     let together = pairs(&runs[0][0]);
     let parted = |moment: &Snapshot| pairs(moment) != together;
     if together.len() != 2 || runs.iter().flatten().any(parted) {
@@ -828,12 +771,11 @@ fn converges(runs: &[Run], resolution: Resolution) -> Held {
     }
     let apart = |one: &Run, two: &Run| {
         let moments = one.iter().zip(two);
-        let places = moments.flat_map(|(a, b)| {
-            let [a, b] = [&a.bodies, &b.bodies].map(|all| [&all.x, &all.z, &all.y]);
-            let each = a.into_iter().zip(b);
-            each.flat_map(|(a, b)| a.iter().zip(b))
+        let apart = moments.flat_map(|(a, b)| {
+            let apart = |id: usize| minus(a.bodies.position(id), b.bodies.position(id));
+            (0..a.bodies.len().min(b.bodies.len())).flat_map(apart)
         });
-        places.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()))
+        apart.fold(0.0f64, |most, apart| most.max(apart.abs()))
     };
     let apart: Vec<f64> = runs.windows(2).map(|two| apart(&two[0], &two[1])).collect();
     if apart.iter().any(|apart| !apart.is_finite()) {
@@ -888,7 +830,7 @@ fn account(case: &Case, run: &Run, resolution: Resolution, rules: &Rules) -> Hel
     };
     let begins_whole = rules.given_velocities == GivenVelocities::AtStart;
     let (dt, gravity) = (case.model.dt, case.model.gravity);
-    let mut worst = (0.0, String::new());
+    let mut worst = Worst::default();
     for pair in run.windows(2) {
         let (now, next) = (&pair[0], &pair[1]);
         let mass = &now.bodies.mass;
@@ -900,8 +842,8 @@ fn account(case: &Case, run: &Run, resolution: Resolution, rules: &Rules) -> Hel
         let weight = |m: &f64| [gravity[0], 0.0, gravity[1]].map(|g| (at_begin + at_end) * m * g);
         let mut forces: Vec<[f64; 3]> = mass.iter().map(weight).collect();
         for (share, moment) in [(at_begin, now), (at_end, next)] {
-            for (row, contact) in moment.contacts.iter().enumerate() {
-                let more = force_in_space(contact, moment.across.get(row));
+            for row in Table::from(moment).rows() {
+                let (contact, more) = (row.contact, row.force());
                 for (id, sign) in [(contact.id1, -share), (contact.id2, share)] {
                     if let Some(force) = forces.get_mut(id as usize) {
                         for (sum, more) in force.iter_mut().zip(more) {
@@ -912,48 +854,39 @@ fn account(case: &Case, run: &Run, resolution: Resolution, rules: &Rules) -> Hel
             }
         }
         for (id, least) in rounding(now, dt, resolution).into_iter().enumerate() {
-            let [before, after] = [now, next].map(|moment| velocity(&moment.bodies, id));
+            let [before, after] = [now, next].map(|moment| moment.bodies.velocity(id));
             let shown = [0, 1, 2].map(|axis| mass[id] * (after[axis] - before[axis]) / dt);
             let told = forces[id];
             let off = [0, 1, 2].map(|axis| (shown[axis] - told[axis]).powi(2));
-            let off = off.iter().sum::<f64>().sqrt() / least;
-            let off = if off.is_nan() { f64::INFINITY } else { off };
-            if off > worst.0 {
-                let said = format!(
+            worst.see(off.iter().sum::<f64>().sqrt() / least, || {
+                format!(
                     "in step {} grain {id} gains what a force of {} N gives it, and table and gravity tell of {} N",
                     next.step,
                     in_words(shown, &now.bodies),
                     in_words(told, &now.bodies)
-                );
-                worst = (off, said);
-            }
+                )
+            });
         }
     }
-    match worst.0 <= 1.0 {
-        true => Held::Holds("the written forces are those that act, to rounding".to_owned()),
-        false => Held::Breaks(worst.1),
-    }
+    worst.held("the written forces are those that act, to rounding")
 }
 
-/// x, y and z; in the plane y is 0.
-fn velocity(bodies: &Bodies, id: usize) -> [f64; 3] {
-    [bodies.vx[id], or_zero(&bodies.vy, id), bodies.vz[id]]
-}
+/// How many times as far off as rounding allows something is at most, and what.
+#[derive(Default)]
+struct Worst(f64, String);
 
-fn or_zero(column: &[f64], id: usize) -> f64 {
-    column.get(id).copied().unwrap_or(0.0)
-}
-
-/// Force on body 2, N.
-fn force_in_space(contact: &Contact, across: Option<&Across>) -> [f64; 3] {
-    match across {
-        None => {
-            let [x, z] = contact.force();
-            [x, 0.0, z]
+impl Worst {
+    fn see(&mut self, off: f64, said: impl FnOnce() -> String) {
+        let off = if off.is_nan() { f64::INFINITY } else { off };
+        if off > self.0 {
+            *self = Worst(off, said());
         }
-        Some(across) => {
-            let normal = [contact.normal[0], across.normal, contact.normal[1]];
-            [0, 1, 2].map(|axis| contact.normal_force * normal[axis] + across.tangential[axis])
+    }
+
+    fn held(self, well: &str) -> Held {
+        match self.0 <= 1.0 {
+            true => Held::Holds(well.to_owned()),
+            false => Held::Breaks(self.1),
         }
     }
 }
@@ -972,11 +905,10 @@ fn momenta(bodies: &Bodies) -> [f64; 6] {
     let mut sums = [0.0; 6];
     for id in 0..bodies.len() {
         let m = bodies.mass[id];
-        let [px, py, pz] = velocity(bodies, id).map(|speed| m * speed);
-        let [x, y, z] = [bodies.x[id], or_zero(&bodies.y, id), bodies.z[id]];
-        let inertia = or_zero(&bodies.inertia, id);
-        let spins = [&bodies.spin, &bodies.spin_x, &bodies.spin_z];
-        let [ly, lx, lz] = spins.map(|column| inertia * or_zero(column, id));
+        let [px, py, pz] = bodies.velocity(id).map(|speed| m * speed);
+        let [x, y, z] = bodies.position(id);
+        let inertia = bodies.inertia.get(id).copied().unwrap_or(0.0);
+        let [lx, ly, lz] = bodies.angular_velocity(id).map(|spin| inertia * spin);
         let turning = [
             z * px - x * pz + ly,
             y * pz - z * py + lx,
@@ -1010,7 +942,7 @@ fn conserved(run: &Run, dt: f64, resolution: Resolution) -> Held {
             .any(|contact| contact.tangential_force != 0.0)
     };
     let turns = start.bodies.rotate() || !run.iter().any(rubs);
-    let mut worst = (0.0, String::new());
+    let mut worst = Worst::default();
     for moment in &run[1..] {
         let forces: f64 = rounding(moment, dt, resolution).iter().sum();
         let least = forces * dt * moment.step as f64;
@@ -1022,22 +954,16 @@ fn conserved(run: &Run, dt: f64, resolution: Resolution) -> Held {
             if now[at] == began[at] {
                 continue;
             }
-            let off = (now[at] - began[at]).abs() / least[at];
-            let off = if off.is_nan() { f64::INFINITY } else { off };
-            if off > worst.0 {
+            worst.see((now[at] - began[at]).abs() / least[at], || {
                 let (name, before, after) = (NAMES[at], began[at], now[at]);
-                let said = format!(
-                    "{name} is {before:.9e} at the start and {after:.9e} after {} steps (SI)",
-                    moment.step
-                );
-                worst = (off, said);
-            }
+                let steps = moment.step;
+                format!(
+                    "{name} is {before:.9e} at the start and {after:.9e} after {steps} steps (SI)"
+                )
+            });
         }
     }
-    match worst.0 <= 1.0 {
-        true => Held::Holds("both stay what they were, to rounding".to_owned()),
-        false => Held::Breaks(worst.1),
-    }
+    worst.held("both stay what they were, to rounding")
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use crate::starts::{Bed, LARGE_STATE, State};
 use crate::{Answer, Engine, conditions, terms};
 
 /// What an engine is, compared with the native one; the first that holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Every bit is the same.
@@ -35,6 +35,7 @@ pub enum Verdict {
     /// It is another engine.
     Different,
     /// Evidence is missing.
+    #[default]
     Undecided,
 }
 
@@ -52,7 +53,7 @@ impl Verdict {
 }
 
 /// One start under one law.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct OfStart {
     pub law: String,
     pub start: String,
@@ -76,11 +77,7 @@ impl OfStart {
             law: law.to_owned(),
             start: start.to_owned(),
             key: key.to_owned(),
-            verdict: Verdict::Undecided,
-            skipped: None,
-            farthest: None,
-            tables: None,
-            wide_from: None,
+            ..OfStart::default()
         }
     }
 
@@ -130,7 +127,7 @@ pub struct Limit {
 }
 
 /// All that was found about an engine.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Judgement {
     pub grains: usize,
     /// Of the bed in space, where that was looked at besides.
@@ -496,8 +493,7 @@ impl Reference {
                 let state = self.states.iter().find(|state| state.key == start.key)?;
                 let last = (left + 1).clamp(FOLLOWED, LAST_FOLLOWED);
                 let moments: Vec<u64> = (0..=last).collect();
-                let case = state.case.clone();
-                Some(Case { moments, ..case })
+                Some(state.case.at(moments))
             });
             let asked: Vec<Case> = asked.collect();
             let Ok(answers) = engine(&asked.iter().collect::<Vec<_>>()) else {
@@ -511,10 +507,7 @@ impl Reference {
             let runs = judged.iter().zip(&answers);
             let runs = runs.filter_map(|(case, answer)| {
                 let run = answer.as_ref().ok()?;
-                let steps = run.iter().map(|snapshot| snapshot.step);
-                steps
-                    .eq(case.moments.iter().copied())
-                    .then_some((case, &run[..]))
+                case.is_answered_by(run).then_some((case, &run[..]))
             });
             let runs: Vec<(&Case, &[Snapshot])> = runs.collect();
             let is_other = |(case, run): &(&Case, &[Snapshot])| {
@@ -557,11 +550,7 @@ impl Reference {
         let (mut states, mut not_asked) = (Vec::new(), Vec::new());
         for (index, state) in self.states.iter().enumerate() {
             match lacks(&state.case) {
-                Some(lacking) => not_asked.push(NotAsked {
-                    law: state.law.clone(),
-                    start: state.start.clone(),
-                    lacking,
-                }),
+                Some(lacking) => not_asked.push(state.not_asked(lacking)),
                 None => states.push((index, state)),
             }
         }
@@ -604,23 +593,13 @@ impl Reference {
             grains: states
                 .first()
                 .map_or(0, |(_, state)| state.case.bodies.len()),
-            spheres: 0,
             radii: states
                 .iter()
                 .map(|(_, state)| radii(&state.case))
                 .fold(1.0, f64::max),
             resolution,
-            extent: 0.0,
-            starts: Vec::new(),
             not_asked,
-            limits: Vec::new(),
-            counts: Vec::new(),
-            ranges: Vec::new(),
-            unseen: Vec::new(),
-            causes: Vec::new(),
-            written: Vec::new(),
-            condition: None,
-            declared: Vec::new(),
+            ..Judgement::default()
         };
         let judged_states: Vec<State> = states
             .iter()
@@ -633,11 +612,8 @@ impl Reference {
             match answer {
                 // So many grains are more than some engines are for.
                 Err(_) if state.key == LARGE_STATE => {
-                    judgement.not_asked.push(NotAsked {
-                        law: state.law.clone(),
-                        start: state.start.clone(),
-                        lacking: format!("beds of {} grains", state.case.bodies.len()),
-                    });
+                    let lacking = format!("beds of {} grains", state.case.bodies.len());
+                    judgement.not_asked.push(state.not_asked(lacking));
                     continue;
                 }
                 // Nothing need be known of it.
@@ -733,17 +709,11 @@ impl Reference {
 
     /// Constants and keys of which these states say nothing.
     fn unseen(&self, looked_at: Vec<usize>, all: &[Answered]) -> Vec<String> {
-        let known = self
-            .unseen
-            .lock()
-            .ok()
-            .and_then(|unseen| unseen.get(&looked_at).cloned());
+        let known = self.unseen.lock().ok();
+        let known = known.and_then(|unseen| unseen.get(&looked_at).cloned());
         let keys = known.unwrap_or_else(|| {
-            let envelopes: Vec<&Envelope> = all
-                .iter()
-                .map(|answered| &answered.native.envelope)
-                .collect();
-            let keys = exercise::unseen(&envelopes);
+            let envelopes = all.iter().map(|answered| &answered.native.envelope);
+            let keys = exercise::unseen(&envelopes.collect::<Vec<&Envelope>>());
             if let Ok(mut unseen) = self.unseen.lock() {
                 unseen.insert(looked_at, keys.clone());
             }

@@ -5,7 +5,7 @@
 use std::f64::consts::PI;
 
 use evidence::random::Source;
-use grains::model::{Axis, Law, Model, Solid, Wall};
+use grains::model::{Axis, Law, Model, Solid};
 use grains::native::NativeError;
 use grains::obstacle::{Obstacle, Surface};
 use grains::scene::{
@@ -21,7 +21,7 @@ use crate::drawn::{
 };
 use crate::invariance::GRAINS;
 use crate::judge::Reference;
-use crate::starts::{Bed, MOMENTS, Start, State};
+use crate::starts::{Bed, MOMENTS, Start, State, highest, other_constants, other_masses};
 
 /// How far the punch has sunk at least, over the mean radius; at most it is twice as far.
 const PRESSED: f64 = 1.5;
@@ -81,10 +81,7 @@ const LAWS: [(&str, Change); 17] = [
             linear(&mut model.law);
             model.law.wall_friction_angle = Some(0.2);
             model.law.punch_friction_angle = Some(0.7);
-            model.law.contact.viscosity = Viscosity::Dashpot {
-                c_n: 2.0,
-                tension: Tension::Clipped,
-            };
+            model.law.contact.viscosity = Viscosity::dashpot(2.0, Tension::Clipped);
         },
     ),
     ("Hertz's springs", |model, _| {
@@ -94,7 +91,8 @@ const LAWS: [(&str, Change); 17] = [
     ("Hertz's springs with other constants", |model, bodies| {
         model.law.friction_angle = 0.0;
         model.law.contact.viscosity = Viscosity::None;
-        other_constants(model, bodies);
+        other_constants(model, bodies, 1.0e-3);
+        other_masses(bodies);
     }),
     ("Hertz–Mindlin", |model, _| {
         model.law.contact.viscosity = Viscosity::None;
@@ -114,7 +112,8 @@ const LAWS: [(&str, Change); 17] = [
         law.poissons_ratio = Some(0.15);
         law.wall_friction_angle = Some(0.25);
         law.punch_friction_angle = Some(0.75);
-        other_constants(model, bodies);
+        other_constants(model, bodies, 1.0e-3);
+        other_masses(bodies);
     }),
     ("Hertz–Mindlin with moments", |model, _| {
         model.law.contact.rolling = Some(ROLLING);
@@ -190,12 +189,7 @@ fn hair(model: &Model) -> f64 {
 
 /// With obstacles besides the floor, which the grains on it touch too.
 fn floor_of(model: &mut Model, shapes: Vec<Surface>) {
-    let at_rest = |shape| Obstacle {
-        shape,
-        velocity: [0.0; 3],
-        spin: [0.0; 3],
-    };
-    model.obstacles = shapes.into_iter().map(at_rest).collect();
+    model.obstacles = shapes.into_iter().map(Obstacle::still).collect();
 }
 
 /// The floor of a scene, which stands still.
@@ -213,8 +207,7 @@ fn obstacles(model: &mut Model, bodies: &Bodies, number: u64) {
     let ([width, depth], hair) = (extent(model), hair(model));
     let shapes = match number % 3 {
         0 => {
-            let tops = bodies.z.iter().zip(&bodies.radius);
-            let top = tops.map(|(z, radius)| z + radius).fold(0.0, f64::max);
+            let top = highest(bodies);
             let plane = |height: f64| Surface::Plane {
                 point: [0.0, 0.0, height],
                 normal: [0.0, TILT, (1.0 - TILT * TILT).sqrt()],
@@ -303,44 +296,6 @@ fn materials(model: &mut Model, bodies: &mut Bodies, others: &[Solid]) {
     bodies.material = (0..bodies.len() as u32).map(|id| id % kinds).collect();
 }
 
-/// Gravity, damping, step, walls, masses and moments of inertia that are not those of the bed.
-fn other_constants(model: &mut Model, bodies: &mut Bodies) {
-    model.gravity = [1.1, -3.7];
-    model.alpha = 0.35;
-    model.dt *= 0.8;
-    let hair = 1.0e-3 * bodies.radius.iter().copied().fold(f64::MAX, f64::min);
-    for wall in &mut model.walls {
-        wall.place += hair;
-    }
-    // Another order, one more before the right wall, and a ceiling on the highest grain.
-    model.walls.reverse();
-    let right = model
-        .walls
-        .iter()
-        .find(|wall| wall.axis == Axis::X && wall.place > hair);
-    let place = right.map_or(0.0, |wall| wall.place) - hair;
-    model.walls.push(Wall {
-        axis: Axis::X,
-        place,
-    });
-    let tops = bodies
-        .z
-        .iter()
-        .zip(&bodies.radius)
-        .map(|(z, radius)| z + radius);
-    let place = tops.fold(0.0, f64::max) - hair;
-    model.walls.push(Wall {
-        axis: Axis::Z,
-        place,
-    });
-    let masses = bodies.mass.iter_mut().enumerate();
-    masses.for_each(|(id, mass)| *mass *= 1.0 + 0.3 * (2.3 * id as f64).sin());
-    bodies
-        .inertia
-        .iter_mut()
-        .for_each(|inertia| *inertia *= 0.8);
-}
-
 /// What an engine is judged by in space: the bed's states under every law, and excerpts of scenes.
 pub fn reference() -> Result<Reference, NativeError> {
     let bed = Bed::of(scene(), PRESSED)?;
@@ -373,7 +328,7 @@ fn states(bed: &Bed) -> Vec<State> {
             all.push(State {
                 probed: at == HERTZ && tells,
                 drawn: false,
-                ..state(law, *start, key, model, bodies, *punch)
+                ..state(law, *start, key, (model, bodies, *punch))
             });
         }
     }
@@ -420,28 +375,17 @@ fn state(
     law: &str,
     start: Start,
     key: String,
-    model: Model,
-    mut bodies: Bodies,
-    punch: Option<Punch>,
+    (model, mut bodies, punch): (Model, Bodies, Option<Punch>),
 ) -> State {
     // Grains that nothing turns have no spins.
     if !model.law.rotates() {
         bodies.do_not_turn();
     }
+    let mut case = Case::new("", model, bodies, MOMENTS.to_vec());
+    case.punch = punch;
     State {
-        law: law.to_owned(),
-        start: start.name().to_owned(),
-        key,
-        probed: false,
-        drawn: true,
         faster: FASTER,
-        case: Case {
-            name: format!("{law}, {}", start.name()),
-            model,
-            bodies,
-            punch,
-            moments: MOMENTS.to_vec(),
-        },
+        ..State::drawn(law, start.name(), key, case)
     }
 }
 
@@ -451,7 +395,7 @@ fn drawn_state(bed: &Bed, number: u64) -> Option<State> {
     let mut source = Source::new(b"crossgrain: laws drawn in space ", number);
     let source = &mut source;
     let start = [Start::Pouring, Start::UnderPunch][number as usize % 2];
-    let (_, bodies, punch) = bed.states.iter().find(|state| state.0 == start)?;
+    let (_, bodies, punch) = bed.state(start)?;
     let mut bodies = bodies.clone();
     spin(&mut bodies, drawn(source, [0.1 * SPIN, SPIN, 5.0 * SPIN]));
     let faster = drawn(source, [1.0, FASTER]);
@@ -479,7 +423,7 @@ fn drawn_state(bed: &Bed, number: u64) -> Option<State> {
         format!("drawn law {number} in space"),
         format!("space-drawn-{number}"),
     );
-    Some(state(&law, start, key, model, bodies, *punch))
+    Some(state(&law, start, key, (model, bodies, *punch)))
 }
 
 #[cfg(test)]

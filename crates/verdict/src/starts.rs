@@ -21,6 +21,7 @@ use crate::drawn::{
     ADHESION, COMBINATIONS, ROLLING, contact_in_space, drawn, drawn_contact, drawn_material, spin,
 };
 use crate::excerpt::{Excerpt, STEPS_OF_EXCERPT};
+use crate::judge::NotAsked;
 use crate::spheres::{adhesive, obstacles_of_scene};
 
 /// The steps after which an engine is looked at; its contacts at the start as well.
@@ -113,41 +114,15 @@ impl LawKind {
             for velocity in bodies.vx.iter_mut().chain(&mut bodies.vz) {
                 *velocity *= FASTER;
             }
-            model.gravity = [1.1, -3.7];
-            model.alpha = 0.35;
-            model.dt *= 0.8;
+            other_constants(model, bodies, 1.0e-4);
             model.law.modulus *= 0.6;
-            let smallest = bodies.radius.iter().copied().fold(f64::MAX, f64::min);
-            for wall in &mut model.walls {
-                wall.place += 1.0e-4 * smallest;
-            }
-            model.walls.reverse();
-            // A fourth one, a hair before the right wall, so that a number of walls that is taken for granted shows.
-            let place = model.walls[1].place - 1.0e-4 * smallest;
-            model.walls.push(Wall {
-                axis: Axis::X,
-                place,
-            });
-            // And a ceiling on the highest grain, for walls are felt from both sides.
-            let tops = bodies
-                .z
-                .iter()
-                .zip(&bodies.radius)
-                .map(|(z, radius)| z + radius);
-            model.walls.push(Wall {
-                axis: Axis::Z,
-                place: tops.fold(0.0, f64::max) - 1.0e-4 * smallest,
-            });
             if let Some(punch) = &mut case.punch {
                 punch.velocity *= 0.4;
                 punch.half_extents[0] *= 0.98;
             }
         }
         if [LawKind::OtherSprings, LawKind::OtherFriction].contains(&self) {
-            let masses = bodies.mass.iter_mut().enumerate();
-            masses.for_each(|(id, mass)| *mass *= 1.0 + 0.3 * (2.3 * id as f64).sin());
-            let inertias = bodies.inertia.iter_mut();
-            inertias.for_each(|inertia| *inertia *= 0.8);
+            other_masses(bodies);
         }
     }
 
@@ -170,10 +145,7 @@ impl LawKind {
                 law.contact.torque_arms = TorqueArms::ContactPoint;
             }
             LawKind::OtherDashpots => {
-                law.contact.viscosity = Viscosity::Restitution {
-                    e_n: 0.7,
-                    tension: Tension::Unclipped,
-                };
+                law.contact.viscosity = Viscosity::restitution(0.7, Tension::Unclipped);
                 law.contact.new_contact_slip = NewContactSlip::SinceTouch;
             }
             _ => {}
@@ -183,13 +155,9 @@ impl LawKind {
             let critical = 2.0 * (0.5 * scene.grain_mass(radius) * law.modulus * radius).sqrt();
             let tension = Tension::Clipped;
             // One of the two ways to say how strong a dashpot is under each law.
-            law.contact.viscosity = if self == LawKind::Dashpots {
-                Viscosity::Dashpot {
-                    c_n: 0.3 * critical,
-                    tension,
-                }
-            } else {
-                Viscosity::Restitution { e_n: 0.5, tension }
+            law.contact.viscosity = match self {
+                LawKind::Dashpots => Viscosity::dashpot(0.3 * critical, tension),
+                _ => Viscosity::restitution(0.5, tension),
             };
             law.contact.rotation = Rotation::Free;
             law.contact.slip_velocity = SlipVelocity::ContactPoint;
@@ -198,6 +166,42 @@ impl LawKind {
         }
         law
     }
+}
+
+/// Gravity, damping, step and walls that are not those of the bed; walls stand this share of the smallest radius aside.
+pub(crate) fn other_constants(model: &mut Model, bodies: &Bodies, share: f64) {
+    model.gravity = [1.1, -3.7];
+    model.alpha = 0.35;
+    model.dt *= 0.8;
+    let hair = share * bodies.radius.iter().copied().fold(f64::MAX, f64::min);
+    for wall in &mut model.walls {
+        wall.place += hair;
+    }
+    model.walls.reverse();
+    let is_right = |wall: &&Wall| wall.axis == Axis::X && wall.place > hair;
+    let right = model
+        .walls
+        .iter()
+        .find(is_right)
+        .map_or(0.0, |wall| wall.place);
+    // One more before the right wall, so that a number of walls that is taken for granted shows, and a ceiling on the highest grain,
+    // for walls are felt from both sides.
+    model.walls.push(Wall::at(Axis::X, right - hair));
+    model.walls.push(Wall::at(Axis::Z, highest(bodies) - hair));
+}
+
+/// Of the top of a grain, m.
+pub(crate) fn highest(bodies: &Bodies) -> f64 {
+    let tops = bodies.z.iter().zip(&bodies.radius);
+    tops.map(|(z, radius)| z + radius).fold(0.0, f64::max)
+}
+
+/// Masses that do not follow from radii, and moments of inertia that are not those of the bed.
+pub(crate) fn other_masses(bodies: &mut Bodies) {
+    let masses = bodies.mass.iter_mut().enumerate();
+    masses.for_each(|(id, mass)| *mass *= 1.0 + 0.3 * (2.3 * id as f64).sin());
+    let inertias = bodies.inertia.iter_mut();
+    inertias.for_each(|inertia| *inertia *= 0.8);
 }
 
 /// The bed's states, poured and pressed by the native engine.
@@ -277,21 +281,15 @@ impl Bed {
         let punch = first_contact_punch(&scene, &rest);
         let step = scene.loading.speed * scene.time_step_seconds();
         let steps = (pressed * 0.5 * scene.particles.mean_diameter / step) as u64;
-        let pressing = Case {
-            name: "pressing".to_owned(),
-            model: Model::of(&scene),
-            bodies: rest.clone(),
-            punch: Some(punch),
-            moments: (steps..2 * steps).step_by(LOOKED_AT as usize).collect(),
-        };
+        let looks = (steps..2 * steps).step_by(LOOKED_AT as usize).collect();
+        let mut pressing = Case::new("pressing", Model::of(&scene), rest.clone(), looks);
+        pressing.punch = Some(punch);
         let pressed = native::run_case(&pressing, None)?;
         // A corner at work, if there is one.
         let ids = pressing.ids();
         let by_a_corner = |snapshot: &Snapshot| {
-            snapshot
-                .contacts
-                .iter()
-                .any(|contact| at_a_corner(ids, contact))
+            let mut contacts = snapshot.contacts.iter();
+            contacts.any(|contact| at_a_corner(ids, contact))
         };
         let at = pressed.iter().position(by_a_corner).unwrap_or(0);
         let pressed = pressed.into_iter().nth(at);
@@ -306,6 +304,10 @@ impl Bed {
             states,
             rising,
         })
+    }
+
+    pub(crate) fn state(&self, start: Start) -> Option<&(Start, Bodies, Option<Punch>)> {
+        self.states.iter().find(|state| state.0 == start)
     }
 
     /// The states under this law, as cases.
@@ -323,13 +325,8 @@ impl Bed {
                 let inertia = scene.grain_inertia(bodies.radius[id], bodies.mass[id]);
                 bodies.inertia.push(inertia);
             }
-            let mut case = Case {
-                name: format!("{}, {}", law.name(), start.name()),
-                model: model.clone(),
-                bodies,
-                punch: *punch,
-                moments: MOMENTS.to_vec(),
-            };
+            let mut case = Case::new("", model.clone(), bodies, MOMENTS.to_vec());
+            case.punch = *punch;
             law.change(&mut case);
             (*start, case)
         };
@@ -366,8 +363,7 @@ impl Bed {
                 Start::AtRest => Stage::Load,
                 _ => Stage::Settle,
             };
-            let state = self.states.iter().find(|state| state.0 == start);
-            let mut bodies = state.expect("every bed has it").1.clone();
+            let mut bodies = self.state(start).expect("every bed has it").1.clone();
             can_turn(scene, &mut bodies);
             if !rotates(scene) {
                 bodies.do_not_turn();
@@ -386,40 +382,27 @@ impl Bed {
         excerpts.push(Excerpt::new(name, key, smooth, rest.clone()));
         let (name, key) = ("pouring with friction", "excerpt-pouring-friction");
         excerpts.push(Excerpt::new(name, key, &rough, rubbing.clone()));
+        let key = "excerpt-stages";
         let name = "pouring with friction, then loading with other constants";
-        excerpts.push(Excerpt::into_loading(
-            name,
-            "excerpt-stages",
-            &staged,
-            rubbing,
-        ));
+        excerpts.push(Excerpt::into_loading(name, key, &staged, rubbing));
         let (name, key) = ("pouring until its most steps", "excerpt-most-steps");
-        excerpts.push(Excerpt::to_most_steps(name, key, smooth, pouring.clone()));
-        let name = "pouring that was livelier before";
-        excerpts.push(Excerpt::livelier_before(
-            name,
-            "excerpt-seen",
-            smooth,
-            pouring,
-        ));
+        excerpts.push(Excerpt::new(name, key, smooth, pouring.clone()).to_most_steps());
+        let (name, key) = ("pouring that was livelier before", "excerpt-seen");
+        excerpts.push(Excerpt::new(name, key, smooth, pouring).livelier_before());
         let mut rising: grains::task::Start = self.rising.clone().into();
         let (name, key) = ("pouring until its rule holds", "excerpt-settled");
-        excerpts.extend(Excerpt::until_settled(name, key, smooth, rising.clone())?);
+        excerpts.extend(Excerpt::new(name, key, smooth, rising.clone()).until_settled()?);
         // Rules look at multiples of all steps of the stage, not of those since a job began.
         rising.step = TAKEN_UP_AFTER;
         let name = "pouring that is taken up, until its most steps";
         let key = "excerpt-most-steps-taken-up";
-        excerpts.push(Excerpt::to_most_steps(name, key, smooth, rising.clone()));
+        excerpts.push(Excerpt::new(name, key, smooth, rising.clone()).to_most_steps());
         let name = "pouring that is taken up, until its rule holds";
         let key = "excerpt-settled-taken-up";
-        excerpts.extend(Excerpt::until_settled(name, key, smooth, rising)?);
+        excerpts.extend(Excerpt::new(name, key, smooth, rising).until_settled()?);
         let (name, key) = ("loading to its end", "excerpt-to-end");
         excerpts.extend(Excerpt::to_end(name, key, smooth, rest.clone())?);
-        let pressed = self
-            .states
-            .iter()
-            .find(|state| state.0 == Start::UnderPunch);
-        if let Some((_, bodies, Some(punch))) = pressed {
+        if let Some((_, bodies, Some(punch))) = self.state(Start::UnderPunch) {
             let standing = Punch {
                 velocity: 0.0,
                 ..*punch
@@ -461,7 +444,7 @@ impl Bed {
         spin(&mut rest.bodies, 20.0 * SPIN);
         rest.stage = Stage::Settle;
         let (name, key) = ("spinning until its rule holds", "excerpt-spins");
-        excerpts.extend(Excerpt::until_spins_settle(name, key, &rough, rest)?);
+        excerpts.extend(Excerpt::new(name, key, &rough, rest).until_spins_settle()?);
         for number in 1..=DRAWN_EXCERPTS {
             let (mut scene, _) = self.drawn_scene(number);
             let name = format!("drawn law {number}, then loading with another");
@@ -486,19 +469,20 @@ impl Bed {
     pub fn states(&self) -> Vec<State> {
         let of_law = |law: LawKind| {
             let cases = self.cases(law).into_iter();
-            cases.map(move |(start, case)| State {
-                law: law.name().to_owned(),
-                start: start.name().to_owned(),
-                key: format!("{}-{}", law.name(), start.key()),
-                // The punch is large, so that numbers that are small differences of its own are coarser there.
-                probed: law == LawKind::Springs
-                    && [Start::Pouring, Start::UnderPunch].contains(&start),
-                drawn: false,
-                faster: match law {
-                    LawKind::OtherSprings => FASTER,
-                    _ => 1.0,
-                },
-                case,
+            cases.map(move |(start, case)| {
+                let key = format!("{}-{}", law.name(), start.key());
+                State {
+                    // The punch is large, so that numbers that are small differences of its own are coarser there.
+                    probed: law == LawKind::Springs
+                        && [Start::Pouring, Start::UnderPunch].contains(&start),
+                    drawn: false,
+                    faster: if law == LawKind::OtherSprings {
+                        FASTER
+                    } else {
+                        1.0
+                    },
+                    ..State::drawn(law.name(), start.name(), key, case)
+                }
             })
         };
         let usual = LawKind::NAMES.into_iter().flat_map(|(law, _)| of_law(law));
@@ -509,34 +493,22 @@ impl Bed {
     /// The bed at rest many times side by side: what goes wrong beyond some number of grains shows in its first steps.
     fn large_state(&self) -> State {
         let scene = &self.scene;
-        let find = |state: &&(Start, Bodies, Option<Punch>)| state.0 == Start::AtRest;
-        let (_, bed, _) = self.states.iter().find(find).expect("every bed has it");
+        let (_, bed, _) = self.state(Start::AtRest).expect("every bed has it");
         let copies = (LARGE / bed.len().max(1)).max(2);
         let mut bodies = Bodies::default();
         for copy in 0..copies {
+            let mut bed = bed.clone();
             let shift = copy as f64 * scene.container.width;
-            for id in 0..bed.len() {
-                let (place, velocity) = ([bed.x[id] + shift, bed.z[id]], [bed.vx[id], bed.vz[id]]);
-                bodies.push(place, velocity, bed.radius[id], bed.mass[id]);
-            }
+            bed.x.iter_mut().for_each(|x| *x += shift);
+            bodies.append(bed);
         }
         let mut model = Model::of(scene);
         model.walls[1].place *= copies as f64;
         let name = format!("{} grains at rest", bodies.len());
+        let case = Case::new("", model, bodies, MOMENTS[..4].to_vec());
         State {
-            case: Case {
-                name: format!("{}, {name}", LawKind::Springs.name()),
-                model,
-                bodies,
-                punch: None,
-                moments: MOMENTS[..4].to_vec(),
-            },
-            law: LawKind::Springs.name().to_owned(),
-            start: name,
-            key: LARGE_STATE.to_owned(),
-            probed: false,
-            drawn: true,
             faster: copies as f64,
+            ..State::drawn(LawKind::Springs.name(), &name, LARGE_STATE.to_owned(), case)
         }
     }
 
@@ -589,7 +561,7 @@ impl Bed {
             0 => Start::Pouring,
             _ => Start::UnderPunch,
         };
-        let (_, bodies, punch) = self.states.iter().find(|state| state.0 == start)?;
+        let (_, bodies, punch) = self.state(start)?;
         let (scene, mut source) = self.drawn_scene(number);
         let mut bodies = bodies.clone();
         let faster = drawn(&mut source, [1.0, FASTEST]);
@@ -603,21 +575,12 @@ impl Bed {
             let spins = bodies.spin.iter_mut().enumerate();
             spins.for_each(|(id, own)| *own = spin * (1.7 * id as f64).sin());
         }
-        let (law, start) = (format!("drawn law {number}"), start.name().to_owned());
+        let mut case = Case::new("", model, bodies, MOMENTS.to_vec());
+        case.punch = *punch;
+        let (law, key) = (format!("drawn law {number}"), format!("drawn-{number}"));
         Some(State {
-            case: Case {
-                name: format!("{law}, {start}"),
-                model,
-                bodies,
-                punch: *punch,
-                moments: MOMENTS.to_vec(),
-            },
-            key: format!("drawn-{number}"),
-            law,
-            start,
-            probed: false,
-            drawn: true,
             faster: FASTEST,
+            ..State::drawn(&law, start.name(), key, case)
         })
     }
 }
@@ -702,6 +665,29 @@ pub struct State {
 }
 
 impl State {
+    /// One of many, which the case is named by.
+    pub(crate) fn drawn(law: &str, start: &str, key: String, mut case: Case) -> Self {
+        case.name = format!("{law}, {start}");
+        State {
+            law: law.to_owned(),
+            start: start.to_owned(),
+            key,
+            probed: false,
+            drawn: true,
+            faster: 1.0,
+            case,
+        }
+    }
+
+    /// That the engine lacks this.
+    pub(crate) fn not_asked(&self, lacking: String) -> NotAsked {
+        NotAsked {
+            law: self.law.clone(),
+            start: self.start.clone(),
+            lacking,
+        }
+    }
+
     /// The same as an engine computes it that has these rules otherwise than the model.
     pub fn under(&self, rules: Rules) -> Self {
         let mut state = self.clone();

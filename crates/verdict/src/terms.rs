@@ -224,11 +224,7 @@ mod tests {
     }
 
     fn run(state: &State, variant: &Variant) -> (Case, Vec<Snapshot>) {
-        let moments = (0..=8).collect();
-        let case = Case {
-            moments,
-            ..state.case.clone()
-        };
+        let case = state.case.at((0..=8).collect());
         let run = grains::variant::run(&case, variant);
         (case, run)
     }

@@ -389,25 +389,13 @@ fn one_stiffness_for_all_springs_is_one_cause() {
             error,
         };
         let cause = Cause {
-            law: LawKind::Springs.name().to_owned(),
-            variant: Variant::default(),
             constants: vec![
                 stiffer(constant("k_n between grains"), 0.05),
                 stiffer(constant("k_n at walls"), of_wall),
                 stiffer(constant("k_n at the punch"), of_punch),
             ],
-            tied: Vec::new(),
-            forms: Vec::new(),
-            also: Vec::new(),
             explained: true,
-            left: Vec::new(),
-            left_in: Start::Loose.name().to_owned(),
-            left_at: String::new(),
-            condition: None,
-            terms: Vec::new(),
-            numbers: None,
-            state: None,
-            walls: Vec::new(),
+            ..Cause::default()
         };
         cause.sentence().matches('×').count()
     };
@@ -424,11 +412,7 @@ fn a_coarse_number_is_told_from_the_others() {
     let (_, case) = cases
         .find(|case| case.0 == Start::Pouring)
         .expect("a state");
-    let start = Case {
-        moments: vec![0],
-        ..case.clone()
-    };
-    let contacts = &variant::run(&start, &Variant::default())[0].contacts;
+    let contacts = &variant::run(&case.at(vec![0]), &Variant::default())[0].contacts;
     let pairs = || contacts.iter().map(|contact| [contact.id1, contact.id2]);
     let touches = |id: usize| pairs().any(|pair| pair.contains(&(id as u32)));
     let single = |number: &mut f64| *number = f64::from(*number as f32);

@@ -4,10 +4,12 @@
 
 use std::f64::consts::PI;
 
+use serde::Serialize;
+
 use crate::engine::{Description, Part};
 use crate::suite::spheres::{Sphere, case, hertz_mindlin};
-use crate::suite::{Grain, Track, at, friction, model, punch, wall, with_viscosity, world};
-use grains::model::{Axis, Law, Model, Solid};
+use crate::suite::{Grain, Track, at, friction, model, punch, with_viscosity, world};
+use grains::model::{Axis, Law, Model, Solid, Wall};
 use grains::obstacle::{Obstacle, Surface};
 use grains::scene::{Tension, Viscosity};
 use grains::tables::Bodies;
@@ -152,17 +154,42 @@ pub type Read = Box<dyn Fn(&Track) -> f64 + Send + Sync>;
 
 /// Something that is asked for, and how a trajectory shows it.
 pub struct Quantity {
-    pub kind: Kind,
+    pub about: About,
+    pub case: Case,
+    pub read: Read,
+}
+
+/// What is asked for, by which law, and where.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct About {
     pub key: String,
     pub name: String,
     pub unit: &'static str,
     pub place: &'static str,
+    #[serde(skip)]
+    pub kind: Kind,
     /// What is larger or smaller in another reading of the same name, and how much of it there is in this one.
+    #[serde(skip)]
     pub rate: Option<(&'static str, f64)>,
-    pub case: Case,
     /// What the model says.
     pub asked: f64,
-    pub read: Read,
+}
+
+/// What a reading is of: its key, what it is called and its unit.
+pub type Named<'a> = (&'a str, &'a str, &'static str);
+
+impl About {
+    pub fn new(kind: Kind, place: &'static str, (key, name, unit): Named<'_>, asked: f64) -> Self {
+        About {
+            key: format!("{}{key}/{}", kind.key(), place.replace(' ', "-")),
+            name: name.to_owned(),
+            unit,
+            place,
+            kind,
+            rate: None,
+            asked,
+        }
+    }
 }
 
 /// The last grain at a place, by a law.
@@ -356,7 +383,7 @@ impl Meeting {
         let shape = match self.place {
             Place::Wall => {
                 let axis = [Axis::Z, Axis::Y][usize::from(self.kind.in_space())];
-                made.walls.push(wall(axis, 0.0));
+                made.walls.push(Wall::at(axis, 0.0));
                 return made;
             }
             Place::Plane => Surface::Plane {
@@ -439,7 +466,7 @@ impl Meeting {
     /// The force on a grain between this moment and the next, N.
     pub fn force_on(self, id: usize, track: &Track, step: u64, dt: f64) -> Local {
         let mass = [self.first(), self.last()][id + 1 - self.id_of_last()].mass;
-        self.local(change(track, step, id, velocities).map(|part| mass * part / dt))
+        self.local(change(track, step, id, Bodies::velocity).map(|part| mass * part / dt))
     }
 
     /// The same on the last one.
@@ -450,7 +477,9 @@ impl Meeting {
     /// The torque on a grain with its own moment of inertia likewise, N·m.
     pub fn torque_on(self, id: usize, track: &Track, step: u64) -> Local {
         let inertia = [self.first(), self.last()][id + 1 - self.id_of_last()].inertia;
-        self.local(change(track, step, id, spins).map(|part| inertia * part / DT))
+        self.local(
+            change(track, step, id, Bodies::angular_velocity).map(|part| inertia * part / DT),
+        )
     }
 
     pub fn torque(self, track: &Track, step: u64) -> Local {
@@ -459,52 +488,37 @@ impl Meeting {
 
     /// How deep the last grain is, m.
     pub fn overlap(self, track: &Track, step: u64) -> f64 {
-        let place = vector(track, step, self.id_of_last(), places);
+        let place = vector(track, step, self.id_of_last(), Bodies::position);
         let radius = self.last().radius;
         match self.place.is_pair() {
-            true => RADII[0] + radius - hypot(minus(place, vector(track, step, 0, places))),
+            true => {
+                RADII[0] + radius - hypot(minus(place, vector(track, step, 0, Bodies::position)))
+            }
             false => radius - self.local(place)[0],
         }
     }
 
     /// Of the last grain against what it meets, m/s.
     pub fn velocity(self, track: &Track, step: u64) -> Local {
-        let last = vector(track, step, self.id_of_last(), velocities);
+        let last = vector(track, step, self.id_of_last(), Bodies::velocity);
         self.local(match self.place.is_pair() {
-            true => minus(last, vector(track, step, 0, velocities)),
+            true => minus(last, vector(track, step, 0, Bodies::velocity)),
             false => last,
         })
     }
 }
 
-pub fn places(bodies: &Bodies) -> [&[f64]; 3] {
-    [&bodies.x, &bodies.y, &bodies.z]
-}
-
-pub fn velocities(bodies: &Bodies) -> [&[f64]; 3] {
-    [&bodies.vx, &bodies.vy, &bodies.vz]
-}
-
-pub fn spins(bodies: &Bodies) -> [&[f64]; 3] {
-    [&bodies.spin_x, &bodies.spin, &bodies.spin_z]
-}
-
 /// From this moment to the next.
-pub fn change(track: &Track, step: u64, id: usize, columns: fn(&Bodies) -> [&[f64]; 3]) -> Vector {
-    let [before, after] = [step, step + 1].map(|step| vector(track, step, id, columns));
+pub fn change(track: &Track, step: u64, id: usize, which: fn(&Bodies, usize) -> Vector) -> Vector {
+    let [before, after] = [step, step + 1].map(|step| vector(track, step, id, which));
     minus(after, before)
 }
 
-/// Of a grain; 0 in the plane across it, and not a number where nothing is told.
-pub fn vector(track: &Track, step: u64, id: usize, columns: fn(&Bodies) -> [&[f64]; 3]) -> Vector {
-    let Some(snapshot) = at(track, step).0 else {
-        return [f64::NAN; 3];
-    };
-    let bodies = &snapshot.bodies;
-    columns(bodies).map(|column| match column.is_empty() && !bodies.in_space() {
-        true => 0.0,
-        false => column.get(id).copied().unwrap_or(f64::NAN),
-    })
+/// Of a grain; not a number where nothing is told.
+pub fn vector(track: &Track, step: u64, id: usize, which: fn(&Bodies, usize) -> Vector) -> Vector {
+    let told = at(track, step).0.map(|snapshot| &snapshot.bodies);
+    let told = told.filter(|bodies| id < bodies.len());
+    told.map_or([f64::NAN; 3], |bodies| which(bodies, id))
 }
 
 /// All that an engine with these parts is asked for.
@@ -529,15 +543,9 @@ fn alone(kind: Kind) -> Vec<Quantity> {
         kind,
     };
     let grain = meeting.last();
-    let row = |key: &str, name: &str, unit, case, asked, read| Quantity {
-        kind,
-        key: key.to_owned(),
-        name: name.to_owned(),
-        unit,
-        place: "one grain",
-        rate: None,
+    let row = |named: Named<'_>, case, asked, read| Quantity {
+        about: About::new(kind, "one grain", named, asked),
         case,
-        asked,
         read,
     };
     let thrown = |velocity: Vector, alpha: f64| {
@@ -547,7 +555,7 @@ fn alone(kind: Kind) -> Vec<Quantity> {
         kind.placed(case("card", world, &[sphere], vec![0, 1, 2]))
     };
     let acceleration = |track: &Track, axis: usize| {
-        let [before, after] = [1, 2].map(|step| vector(track, step, 0, velocities)[axis]);
+        let [before, after] = [1, 2].map(|step| vector(track, step, 0, Bodies::velocity)[axis]);
         (after - before) / DT
     };
     let fall = |axis: usize| -> Read { Box::new(move |track| acceleration(track, axis)) };
@@ -559,50 +567,42 @@ fn alone(kind: Kind) -> Vec<Quantity> {
     turned.bodies.inertia = vec![grain.inertia];
     let inertia = move |track: &Track| {
         let force = meeting.force(track, 2, DT)[1];
-        let turn = change(track, 2, 0, spins);
+        let turn = change(track, 2, 0, Bodies::angular_velocity);
         let turn = match kind {
             Kind::Plane => turn[1],
             _ => meeting.local(turn)[2],
         };
         (force * DT * grain.radius / turn).abs()
     };
+    let still = || thrown([0.0; 3], 0.0);
+    let (falling, rising) = ("local damping, falling", "local damping, rising");
     vec![
         row(
-            "g-x",
-            "gravity across",
-            "m/s²",
-            thrown([0.0; 3], 0.0),
+            ("g-x", "gravity across", "m/s²"),
+            still(),
             gravity[0],
             fall(0),
         ),
         row(
-            "g-z",
-            "gravity upwards",
-            "m/s²",
-            thrown([0.0; 3], 0.0),
+            ("g-z", "gravity upwards", "m/s²"),
+            still(),
             gravity[1],
             fall(2),
         ),
         row(
-            "alpha-down",
-            "local damping, falling",
-            "",
+            ("alpha-down", falling, ""),
             thrown([0.1, 0.0, -1.0], 0.3),
             0.3,
             down,
         ),
         row(
-            "alpha-up",
-            "local damping, rising",
-            "",
+            ("alpha-up", rising, ""),
             thrown([-0.1, 0.0, 1.0], 0.3),
             0.3,
             up,
         ),
         row(
-            "inertia",
-            "moment of inertia",
-            "kg m²",
+            ("inertia", "moment of inertia", "kg m²"),
             turned,
             grain.inertia,
             Box::new(inertia),
@@ -634,13 +634,9 @@ mod tests {
         assert!(all.len() > 300, "{}", all.len());
         for quantity in all {
             let found = read(&quantity, &Variant::default());
-            let off = (found - quantity.asked).abs() / quantity.asked.abs();
-            let (key, place) = (&quantity.key, quantity.place);
-            assert!(
-                off < 0.02,
-                "{key} at {place}: {found} for {}",
-                quantity.asked
-            );
+            let (key, asked) = (&quantity.about.key, quantity.about.asked);
+            let off = (found - asked).abs() / asked.abs();
+            assert!(off < 0.02, "{key}: {found} for {asked}");
         }
     }
 
@@ -648,11 +644,15 @@ mod tests {
     fn half_the_mass_at_walls_shows_at_all_that_is_flat_and_at_no_pair() {
         let half = Choice::of("wall_mass", "half").expect("a rule");
         let half = Variant::of(Form::Rule(half));
-        for quantity in all().iter().filter(|quantity| quantity.key == "e-05") {
+        let all = all();
+        let rebounds = all
+            .iter()
+            .filter(|quantity| quantity.about.key.contains("e-05/"));
+        for quantity in rebounds {
             let share = read(quantity, &half) / read(quantity, &Variant::default());
-            let is_pair = quantity.place.starts_with("two ");
+            let is_pair = quantity.about.place.starts_with("two ");
             let is_right = (share - 1.0).abs() < 1.0e-9;
-            assert_eq!(is_right, is_pair, "{}: {share}", quantity.place);
+            assert_eq!(is_right, is_pair, "{}: {share}", quantity.about.place);
         }
     }
 }

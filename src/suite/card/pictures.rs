@@ -28,10 +28,7 @@ pub fn lines(engine: &Description) -> Vec<Line> {
         return Vec::new();
     }
     let mut all = Vec::new();
-    let viscosity = Viscosity::Restitution {
-        e_n: 0.5,
-        tension: TENSION,
-    };
+    let viscosity = Viscosity::restitution(0.5, TENSION);
     let places = PLACES.into_iter().filter(|place| place.is_in(kind, engine));
     for place in places {
         let meeting = Meeting { place, kind };

@@ -2,13 +2,15 @@
 
 use std::f64::consts::PI;
 
+use super::OF_BOTH;
 use super::asked::{
-    DT, HEAVY, Kind, LONG, Local, MORE, Meeting, OVERLAP, Place, Quantity, Read, SPEED, STEPS,
-    TENSION, places, vector,
+    About, DT, HEAVY, Kind, LONG, Local, MORE, Meeting, Named, OVERLAP, Place, Quantity, Read,
+    SPEED, STEPS, TENSION, vector,
 };
 use crate::suite::Track;
 use grains::model::Law;
 use grains::scene::{AdhesionLaw, Rolling, Viscosity};
+use grains::tables::Bodies;
 use grains::task::Case;
 use grains::vector::{dot, hypot, minus, times};
 
@@ -49,9 +51,6 @@ struct List {
     all: Vec<Quantity>,
 }
 
-/// What a reading is of: its key, what it is called and its unit.
-type Named<'a> = (&'a str, &'a str, &'static str);
-
 /// The friction angle of the last grain, whose material is the only other one and slides more easily, rad.
 fn angle_of_last(law: &Law) -> f64 {
     let other = law.materials.first();
@@ -73,20 +72,18 @@ impl List {
     fn add_at(
         &mut self,
         rate: Option<(&'static str, f64)>,
-        (key, name, unit): Named<'_>,
+        named: Named<'_>,
         case: Case,
         asked: f64,
         read: impl Fn(&Track) -> f64 + Send + Sync + 'static,
     ) {
+        let Meeting { place, kind } = self.meeting;
         self.all.push(Quantity {
-            kind: self.meeting.kind,
-            key: key.to_owned(),
-            name: name.to_owned(),
-            unit,
-            place: self.meeting.place.name(),
-            rate,
+            about: About {
+                rate,
+                ..About::new(kind, place.name(), named, asked)
+            },
             case,
-            asked,
             read: Box::new(read),
         });
     }
@@ -112,6 +109,21 @@ impl List {
             let named = (&*named.0, &*named.1, unit);
             self.add_at(Some((what, rate)), named, case, asked, read);
         }
+    }
+
+    /// How much of something the first grain of a pair has over the last one; asked for below 0 where both have it the same way.
+    fn add_share(
+        &mut self,
+        (key, what): (&str, &str),
+        case: Case,
+        asked: f64,
+        vector: impl Fn(usize, &Track) -> Local + Send + Sync + 'static,
+    ) {
+        let name = format!("{what} {OF_BOTH}");
+        self.add((key, &name, ""), case, asked.abs(), move |track| {
+            let [one, two] = [0, 1].map(|id| vector(id, track));
+            -asked.signum() * dot(one, two) / dot(two, two)
+        });
     }
 
     /// Of a spring's constant.
@@ -147,18 +159,9 @@ impl List {
     fn dashpots(&mut self) {
         let (meeting, overlap) = (self.meeting, self.overlap());
         let viscosity = match meeting.kind {
-            Kind::Plane => Viscosity::Dashpot {
-                c_n: 10.0,
-                tension: TENSION,
-            },
-            Kind::Linear => Viscosity::Dashpot {
-                c_n: 0.5,
-                tension: TENSION,
-            },
-            Kind::Hertz => Viscosity::Restitution {
-                e_n: 0.5,
-                tension: TENSION,
-            },
+            Kind::Plane => Viscosity::dashpot(10.0, TENSION),
+            Kind::Linear => Viscosity::dashpot(0.5, TENSION),
+            Kind::Hertz => Viscosity::restitution(0.5, TENSION),
         };
         let law = |angle| {
             meeting
@@ -246,10 +249,7 @@ impl List {
             rebounds.push(("e-05-more", 0.5, MORE));
         }
         for (key, e_n, rate) in rebounds {
-            let viscosity = Viscosity::Restitution {
-                e_n,
-                tension: TENSION,
-            };
+            let viscosity = Viscosity::restitution(e_n, TENSION);
             let law = meeting.kind.with_dashpots(plain.clone(), viscosity);
             let end = 3 * STEPS_OF_BOUNCE;
             let case = meeting.bounce(law, rate * SPEED, STEPS_OF_BOUNCE, vec![0, end]);
@@ -307,7 +307,7 @@ impl List {
             self.unit(),
         );
         self.add(named, case, asked, move |track| {
-            let [one, two] = [0, 1].map(|id| vector(track, LONG, id, places));
+            let [one, two] = [0, 1].map(|id| vector(track, LONG, id, Bodies::position));
             let apart = minus(two, one);
             let normal = times(1.0 / hypot(apart), apart);
             let force = meeting.in_space(meeting.force(track, LONG, dt));
@@ -320,10 +320,7 @@ impl List {
         let (meeting, overlap) = (self.meeting, self.overlap());
         let mut law = meeting.law(0.5, 1.2);
         if meeting.kind == Kind::Hertz {
-            let viscosity = Viscosity::Restitution {
-                e_n: 0.5,
-                tension: TENSION,
-            };
+            let viscosity = Viscosity::restitution(0.5, TENSION);
             law = meeting.kind.with_dashpots(law, viscosity);
         }
         let dragged = || {
@@ -347,25 +344,13 @@ impl List {
         if !meeting.place.is_pair() {
             return;
         }
-        let share = |first: Local, last: Local| -dot(first, last) / dot(last, last);
-        let named = (
-            "reaction",
-            "force on the first grain over that on the last",
-            "",
-        );
-        self.add(named, dragged(), 1.0, move |track| {
-            let [one, two] = [0, 1].map(|id| meeting.force_on(id, track, 1, DT));
-            share(one, two)
+        self.add_share(("reaction", "force"), dragged(), 1.0, move |id, track| {
+            meeting.force_on(id, track, 1, DT)
         });
         let [r1, r2] = meeting.radii().map(|radius| radius - 0.5 * overlap);
-        let named = (
-            "torques",
-            "torque of friction on the first grain over that on the last",
-            "",
-        );
-        self.add(named, dragged(), r1 / r2, move |track| {
-            let [one, two] = [0, 1].map(|id| meeting.torque_on(id, track, 1));
-            -share(one, two)
+        let named = ("torques", "torque of friction");
+        self.add_share(named, dragged(), -r1 / r2, move |id, track| {
+            meeting.torque_on(id, track, 1)
         });
     }
 
@@ -373,26 +358,18 @@ impl List {
     fn loads(&mut self) {
         let (meeting, overlap) = (self.meeting, self.overlap());
         let way = 0.5 * SPEED * LONG as f64 * DT;
-        for (key, name, begin, end) in [
-            (
-                "load-up",
-                "tangential force kept under a growing load",
-                overlap,
-                overlap + way,
-            ),
-            (
-                "load-down",
-                "tangential force kept under a falling load",
-                overlap + way,
-                overlap,
-            ),
+        let more = overlap + way;
+        for (key, how, begin, end) in [
+            ("load-up", "growing", overlap, more),
+            ("load-down", "falling", more, overlap),
         ] {
+            let name = format!("tangential force kept under a {how} load");
             let law = meeting.law(1.0, 1.2);
             let inward = 0.5 * SPEED * (end - begin).signum();
             let case = meeting.meeting(law, begin, [0.2 * SPEED, inward], vec![0, LONG, LONG + 1]);
             let [_, stiffness] = meeting.stiffness(&case.model.law);
             let mean = 2.0 / 3.0 * (end.powf(1.5) - begin.powf(1.5)) / (end - begin);
-            self.add((key, name, ""), case, mean / end.sqrt(), move |track| {
+            self.add((key, &name, ""), case, mean / end.sqrt(), move |track| {
                 let slip = 0.2 * SPEED * (LONG + 1) as f64 * DT;
                 let spring = stiffness * meeting.overlap(track, LONG).sqrt() * slip;
                 -meeting.force(track, LONG, DT)[1] / spring
@@ -403,82 +380,59 @@ impl List {
     fn adhesion(&mut self) {
         let (meeting, overlap) = (self.meeting, self.overlap());
         let energy = 0.05;
-        let sticky = |adhesion_law| {
-            let mut law = meeting.law(1.0, 0.0);
+        let sticky = |adhesion_law, friction_angle| {
+            let mut law = meeting.law(1.0, friction_angle);
             law.contact.adhesion = Some(energy);
             law.contact.adhesion_law = adhesion_law;
             law
         };
         let [r1, r2] = meeting.radii();
         let radius = r1 * r2 / (r1 + r2);
-        for (key, name, adhesion_law) in [
-            (
-                "adhesion",
-                "surface energy of a constant pull",
-                AdhesionLaw::Pull,
-            ),
-            (
-                "dmt",
-                "surface energy by Derjaguin, Muller and Toporov",
-                AdhesionLaw::Dmt,
-            ),
+        const BY_DMT: &str = "by Derjaguin, Muller and Toporov";
+        const BY_JKR: &str = "by Johnson, Kendall and Roberts";
+        for (key, by, adhesion_law) in [
+            ("adhesion", "of a constant pull", AdhesionLaw::Pull),
+            ("dmt", BY_DMT, AdhesionLaw::Dmt),
         ] {
-            let law = sticky(adhesion_law);
+            let name = format!("surface energy {by}");
+            let law = sticky(adhesion_law, 0.0);
             let case = meeting.meeting(law, overlap, [0.0; 2], vec![0, 1, 2]);
             let [stiffness, _] = meeting.stiffness(&case.model.law);
-            self.add((key, name, "J/m²"), case, energy, move |track| {
+            self.add((key, &name, "J/m²"), case, energy, move |track| {
                 let spring = stiffness * meeting.overlap(track, 1).powf(1.5);
                 (spring - meeting.force(track, 1, DT)[0]) / (4.0 * PI * radius)
             });
         }
-        for (key, name, adhesion_law) in [
+        // What presses besides the force: |N| + A, or N + 2A.
+        for (key, by, adhesion_law, pulls) in [
             (
                 "friction-pulled",
-                "friction coefficient under a constant pull",
+                "under a constant pull",
                 AdhesionLaw::Pull,
+                4.0,
             ),
-            (
-                "friction-dmt",
-                "friction coefficient by Derjaguin, Muller and Toporov",
-                AdhesionLaw::Dmt,
-            ),
-            (
-                "friction-jkr",
-                "friction coefficient by Johnson, Kendall and Roberts",
-                AdhesionLaw::Jkr,
-            ),
+            ("friction-dmt", BY_DMT, AdhesionLaw::Dmt, 8.0),
+            ("friction-jkr", BY_JKR, AdhesionLaw::Jkr, 6.0),
         ] {
-            let mut law = meeting.law(1.0, 0.5f64.atan());
-            law.contact.adhesion = Some(energy);
-            law.contact.adhesion_law = adhesion_law;
+            let name = format!("friction coefficient {by}");
+            let law = sticky(adhesion_law, 0.5f64.atan());
             let asked = angle_of_last(&law).tan();
-            // What presses besides the force: |N| + A, or N + 2A.
-            let pull = match adhesion_law {
-                AdhesionLaw::Pull => 4.0,
-                AdhesionLaw::Dmt => 8.0,
-                AdhesionLaw::Jkr => 6.0,
-            } * PI
-                * radius
-                * energy;
+            let pull = pulls * PI * radius * energy;
             let case = meeting.meeting(law, overlap, [3.0, 0.0], vec![0, 1, 2, 3, 4]);
-            self.add((key, name, ""), case, asked, move |track| {
+            self.add((key, &name, ""), case, asked, move |track| {
                 let [out, along, across] = meeting.force(track, 3, DT);
                 along.hypot(across) / (out + pull)
             });
         }
         // Parts from a fifth of the overlap on; the largest pull.
         let case = meeting.meeting(
-            sticky(AdhesionLaw::Jkr),
+            sticky(AdhesionLaw::Jkr, 0.0),
             0.2 * overlap,
             [0.0, -0.5 * SPEED],
             (0..LONG).collect(),
         );
-        let named = (
-            "jkr",
-            "surface energy by Johnson, Kendall and Roberts",
-            "J/m²",
-        );
-        self.add(named, case, energy, move |track| {
+        let name = format!("surface energy {BY_JKR}");
+        self.add(("jkr", &name, "J/m²"), case, energy, move |track| {
             let forces = (1..LONG - 1).map(|step| meeting.force(track, step, DT)[0]);
             -forces.fold(f64::INFINITY, f64::min) / (3.0 * PI * radius)
         });
@@ -542,19 +496,9 @@ impl List {
         if !meeting.place.is_pair() {
             return;
         }
-        let named = (
-            "moments",
-            "moment on the first grain over that on the last",
-            "",
-        );
-        self.add(
-            named,
-            turning(law(ROLLING), [1.0, 2.0, 0.0]),
-            1.0,
-            move |track| {
-                let [one, two] = [0, 1].map(|id| meeting.torque_on(id, track, 2));
-                -dot(one, two) / dot(two, two)
-            },
-        );
+        let case = turning(law(ROLLING), [1.0, 2.0, 0.0]);
+        self.add_share(("moments", "moment"), case, 1.0, move |id, track| {
+            meeting.torque_on(id, track, 2)
+        });
     }
 }

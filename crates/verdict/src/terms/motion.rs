@@ -3,8 +3,8 @@
 use grains::rules::{
     DampedGravity, DampedSpins, DampingComponents, DampingVelocity, GivenVelocities, Integration,
 };
-use grains::tables::{Bodies, Snapshot};
-use grains::vector::{Vector, each, hypot, minus, plus, times};
+use grains::tables::Snapshot;
+use grains::vector::{Vector, each, hypot, minus, plus, sum, times};
 
 use super::residuals::{Follower, Loads};
 use super::{NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, SPINS_NEAR_LIMIT, Term, VELOCITIES};
@@ -28,13 +28,6 @@ impl Follower<'_> {
             return;
         }
         let (dt, bodies) = (model.dt, &self.case.bodies);
-        let vector = |columns: [&[f64]; 3], id: usize| {
-            columns.map(|column| column.get(id).copied().unwrap_or(0.0))
-        };
-        let places = |bodies: &Bodies, id| vector([&bodies.x, &bodies.y, &bodies.z], id);
-        let velocity = |bodies: &Bodies, id| vector([&bodies.vx, &bodies.vy, &bodies.vz], id);
-        let spin = |bodies: &Bodies, id| vector([&bodies.spin_x, &bodies.spin, &bodies.spin_z], id);
-        let sum = |vectors: &mut dyn Iterator<Item = Vector>| vectors.fold(NONE, plus);
         for (id, load) in loads.iter().enumerate() {
             let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
@@ -50,10 +43,8 @@ impl Follower<'_> {
                     between: String::new(),
                 });
             };
-            let ([x0, x1], [v0, v1]) = (
-                [was, now].map(|moment| places(&moment.bodies, id)),
-                [was, now].map(|moment| velocity(&moment.bodies, id)),
-            );
+            let [x0, x1] = [was, now].map(|moment| moment.bodies.position(id));
+            let [v0, v1] = [was, now].map(|moment| moment.bodies.velocity(id));
             if rules.integration == Integration::KickDrift {
                 let gone = times(1.0 / dt, minus(x1, x0));
                 let least =
@@ -112,8 +103,8 @@ impl Follower<'_> {
             let terms: Vec<Term> = terms! {
                 "all contact forces", 1.0 => forces;
                 "the weight", 1.0 => weight;
-                "normal forces", 1.0 => sum(&mut load.kinds.iter().map(|kind| kind.forces[0]));
-                "tangential forces", 1.0 => sum(&mut load.kinds.iter().map(|kind| kind.forces[1]));
+                "normal forces", 1.0 => sum(load.kinds.map(|kind| kind.forces[0]));
+                "tangential forces", 1.0 => sum(load.kinds.map(|kind| kind.forces[1]));
                 "forces on the first of a pair", 1.0 => of_kind(0);
                 "forces on the second of a pair", 1.0 => of_kind(1);
                 "forces of walls", 1.0 => of_kind(2);
@@ -137,10 +128,8 @@ impl Follower<'_> {
             if !model.law.rotates() {
                 continue;
             }
-            let ([w0, w1], inertia) = (
-                [was, now].map(|moment| spin(&moment.bodies, id)),
-                bodies.inertia[id],
-            );
+            let [w0, w1] = [was, now].map(|moment| moment.bodies.angular_velocity(id));
+            let inertia = bodies.inertia[id];
             let is_damped = rules.damped_spins == DampedSpins::Damped;
             let torque = plus(load.torque(), plus(load.moments[0], load.moments[1]));
             let a = undamped(minus(w1, w0), w0, is_damped);

@@ -53,22 +53,15 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
         .iter()
         .max_by_key(|(_, counts)| counts.1)
         .map_or((0, 0), |(at, _)| *at);
-    let here: Vec<&&Row> = off.iter().filter(|row| row.at == (run, at)).collect();
+    let here = off.iter().filter(|row| row.at == (run, at));
     let (case, moments) = runs[run];
-    let contacts: Vec<(u32, u32)> = here
-        .iter()
-        .filter_map(|row| match row.subject {
-            Of::Contact(one, two) => Some((one, two)),
-            Of::Grain(_) => None,
-        })
-        .collect();
-    let grains: Vec<usize> = here
-        .iter()
-        .filter_map(|row| match row.subject {
-            Of::Grain(id) => Some(id),
-            Of::Contact(..) => None,
-        })
-        .collect();
+    let (mut contacts, mut grains) = (Vec::new(), Vec::new());
+    for row in here {
+        match row.subject {
+            Of::Contact(one, two) => contacts.push((one, two)),
+            Of::Grain(id) => grains.push(id),
+        }
+    }
     let before = at.checked_sub(1).map(|before| &moments[before]);
     let all: Vec<Of> = rows
         .iter()

@@ -6,7 +6,7 @@ use grains::reference::{Parts, Reference, Told};
 use grains::rules::{SpringWhenSliding, TangentialDashpot, WrittenVelocities};
 use grains::tables::{Body, Contact, Snapshot};
 use grains::task::Case;
-use grains::vector::{Vector, cross, dot, hypot, minus, plus, times};
+use grains::vector::{Vector, cross, dot, hypot, minus, plus, sum, times};
 
 use super::*;
 use crate::contacts::Table;
@@ -72,14 +72,11 @@ pub(super) struct Loads {
 
 impl Loads {
     pub(super) fn force(&self) -> Vector {
-        let all = self.kinds.iter().flat_map(|kind| kind.forces);
-        all.fold(NONE, plus)
+        sum(self.kinds.iter().flat_map(|kind| kind.forces))
     }
 
     pub(super) fn torque(&self) -> Vector {
-        self.kinds
-            .iter()
-            .fold(NONE, |sum, kind| plus(sum, kind.torque))
+        sum(self.kinds.map(|kind| kind.torque))
     }
 }
 
@@ -162,11 +159,6 @@ impl<'a> Follower<'a> {
                     TangentialDashpot::WhileSticking => !cut,
                     _ => true,
                 };
-                let whole = was
-                    .parts
-                    .brakings
-                    .iter()
-                    .fold(NONE, |sum, braking| plus(sum, *braking));
                 // What of the spring lies along the normal is told with the normal force.
                 let more = was.normal_force - was.parts.normal_force;
                 let most = LOOSE * was.turned * hypot(was.tangential).max(was.parts.limit);
@@ -179,13 +171,9 @@ impl<'a> Follower<'a> {
                     normal: was.normal,
                     overlap: was.overlap,
                     tangential: plus(was.tangential, along),
-                    braking: whole,
+                    braking: sum(was.parts.brakings),
                     brakes: acts,
-                    slip: was
-                        .parts
-                        .slips
-                        .iter()
-                        .fold(NONE, |sum, slip| plus(sum, *slip)),
+                    slip: sum(was.parts.slips),
                     moments: was.parts.moments,
                     without_limit: was.parts.without_limit,
                 };
@@ -223,10 +211,7 @@ impl<'a> Follower<'a> {
                 ("(R₂ − u/2)", r2 - 0.5 * u),
                 ("max(m₁, m₂)", m1.max(m2)),
                 ("u of the step before", was.map_or(u, |was| was.overlap)),
-                (
-                    "|k_s·Δt·slip|",
-                    hypot(parts.slips.iter().fold(NONE, |sum, slip| plus(sum, *slip))),
-                ),
+                ("|k_s·Δt·slip|", hypot(sum(parts.slips))),
                 ("F_s", parts.elastic),
                 ("|F_s − F_a|", (parts.elastic - parts.pull).abs()),
             ];
@@ -323,8 +308,7 @@ impl<'a> Follower<'a> {
                     continue;
                 }
                 let load = &mut loads[id as usize];
-                let spin = [&now.bodies.spin_x, &now.bodies.spin, &now.bodies.spin_z]
-                    .map(|column| column.get(id as usize).copied().unwrap_or(0.0));
+                let spin = now.bodies.angular_velocity(id as usize);
                 let against = -fn_told * parts.radii[side] / hypot(spin).max(f64::MIN_POSITIVE);
                 load.rolling = plus(load.rolling, times(against, spin));
                 let by = [times(sign * fn_told, normal), times(sign, tangential)];
@@ -387,29 +371,15 @@ impl<'a> Follower<'a> {
         }
         self.before = after;
         if let Some(punch) = now.punch {
-            let force = |contact: &Contact, first: bool| {
-                let is_of_it = contact.id1 == case.ids().punch();
-                let size = contact.normal_force.hypot(contact.tangential_force);
-                match first {
-                    true if is_of_it => {
-                        contact.normal_force * contact.normal[1]
-                            + contact.tangential_force * contact.normal[0]
-                    }
-                    false => size,
-                    _ => 0.0,
-                }
-            };
-            let sum = |first: bool| {
-                now.contacts
-                    .iter()
-                    .map(|contact| force(contact, first))
-                    .sum::<f64>()
-            };
-            let [on_punch, sizes] = [-sum(true), sum(false)];
+            let size = |contact: &Contact| contact.normal_force.hypot(contact.tangential_force);
+            let sizes: f64 = now.contacts.iter().map(size).sum();
+            let id = case.ids().punch();
+            let at_punch = now.contacts.iter().filter(|contact| contact.id1 == id);
+            let on_punch = -at_punch.map(|contact| contact.force()[1]).sum::<f64>();
             if !case.bodies.in_space() {
                 rows.entry((PUNCH, 2)).or_default().push(Row {
                     at: (self.run, at),
-                    subject: Of::Contact(case.ids().punch(), 0),
+                    subject: Of::Contact(id, 0),
                     off: [punch.force - on_punch, 0.0, 0.0],
                     least: ROUNDED * (on_punch.abs() + punch.force.abs() + 1.0e-6 * sizes),
                     terms: terms! {
@@ -442,8 +412,7 @@ impl<'a> Follower<'a> {
             return;
         }
         let across = |vector: Vector| minus(vector, times(dot(vector, normal), normal));
-        let sum = |vectors: &[Vector; 3]| vectors.iter().fold(NONE, |sum, part| plus(sum, *part));
-        let (slip, braking) = (sum(&parts.slips), sum(&parts.brakings));
+        let (slip, braking) = (sum(parts.slips), sum(parts.brakings));
         let trial = plus(
             plus(parts.kept, times(parts.share, slip)),
             plus(parts.turns[0], parts.turns[1]),
@@ -580,9 +549,6 @@ fn told_braking(
     match rule {
         TangentialDashpot::None => NONE,
         TangentialDashpot::WhileSticking if is_at(hypot(tangential), parts.limit, turned) => NONE,
-        _ => parts
-            .brakings
-            .iter()
-            .fold(NONE, |sum, braking| plus(sum, *braking)),
+        _ => sum(parts.brakings),
     }
 }
