@@ -15,6 +15,9 @@ then is cut, so a region that moves must have its velocity there too: that is wh
 
 `gran/hooke/history` of the timed beds has the same slip, whole radii as arms everywhere, and projects the spring: it shrinks by cos o.
 
+Moments are a spring of the force that makes them (rule `moment_turn = as_force`), whose limit is of the force of Coulomb's and cannot be
+left out; walls have none, as theirs would be k R² with one k for all radii, and 32 groups are too few for more.
+
 In space each kind of grains is a type of its own. A wall has one linear spring for all radii, so what it does is multiplied by R/R0.
 Hertz's is `hertz` with `mindlin/force`, whose spring keeps a force; R* at walls is R, so both constants are √½ as large there. Its dashpots
 are cut together with the spring (rule `tangential_dashpot = within_limit`), and that rule gives linear springs a dashpot along the
@@ -26,6 +29,7 @@ import os
 import tempfile
 
 import granular
+from exchange import Refused
 from granular import number
 from law import Solids, dashpot, refuse, stiffness, tangents
 
@@ -34,7 +38,7 @@ COMPUTES = [
     "compute between all property/local patom1 patom2 cutoff radius",
     "compute pushing all pair/local force p1 p2 p3 cutoff radius",
     'variable local string ""',
-    'if "$(version) > 20230000" then \'variable local string "inputs local"\'',
+    'if "$(version) > 20240000" then \'variable local string "inputs local"\'',
     "compute known all reduce sum c_between[1] c_pushing[1] ${local}",
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
@@ -48,8 +52,15 @@ WEAK = 1.0e-12 if os.environ.get(OLD_WALLS) == "damped" else 0.0
 # Dashpots along the tangent are limited together with the spring; walls of the older style are given none, nor Hertz's springs.
 WITHIN = not os.environ.get(OLD_WALLS)
 BESIDE = "1.0" if WITHIN else "0.0"
+# Set, it has adhesion, which is right from 2024 on, where no dashpot stands beside it.
+ADHESION = "CROSSGRAIN_LAMMPS_ADHESION"
+NO_ADHESION = (
+    "no adhesion: in versions to 2022 Coulomb's limit of `dmt` lacks 2A or is of memory that was not set, and walls with `jkr` make no "
+    "numbers beyond the pull-off; later ones refuse dashpots beside either"
+)
 RULES = {"slip": "unstretched", "slip_at_walls": "unstretched", "torque_arms": "half_overlap", "torque_arms_at_walls": "whole_radii",
-         "spring_turn": "keeps_length", "new_contact": "whole_step"}  # fmt: skip
+         "spring_turn": "keeps_length", "new_contact": "whole_step", "moment_turn": "as_force", "moment_limit": "as_friction",
+         "moments_at_walls": "none"}  # fmt: skip
 if WITHIN:
     RULES["tangential_dashpot"] = "within_limit"
 
@@ -119,6 +130,11 @@ def script(run):
 def asked(run, of_punch):
     """What is asked for at each moment, and at each step of a punch, which pushes grains up by the sum of these columns."""
     lines = list(COMPUTES)
+    if run.held is not None:
+        # Grains that adhesion holds apart are pairs too.
+        lines = [line.replace("cutoff radius", "cutoff type") for line in lines]
+        lines += ["compute apart all pair/local dist cutoff type", "dump near all local 1 near c_between[1] c_between[2] c_apart",
+                  'dump_modify near format line "%.17g %.17g %.17g"']  # fmt: skip
     if of_punch:
         lines.append("compute pushed grains reduce sum " + " ".join([*of_punch, of_punch[0]]))
         total = " - ".join("c_pushed[%d]" % (index + 1) for index in range(len(of_punch)))
@@ -127,15 +143,35 @@ def asked(run, of_punch):
     return [*lines, "thermo_style custom step " + " ".join(run.sums + ["c_known[1]"] * (not run.looks))]
 
 
-def words_in_space(job, k_n, k_s, dashes, tangent):
-    """A law in space in the program's words; `dashes` are the damping's number, what the tangential dashpot is to it, and its name."""
+def moments(job, radius1, radius2):
+    """Moments of two grains in the program's words. Its rolling is a spring of the force R* times that makes the moment, and of twisting
+    the limit is one that nothing reaches where grains press each other."""
+    rolling = job.model["law"]["contact"].get("rolling")
+    if not rolling or not granular.rotates(job):
+        return ""
+    if not rolling.get("limit"):
+        raise Refused("moments against rolling without a limit")
+    radius = radius1 * radius2 / (radius1 + radius2)
+    numbers = (rolling["bending_stiffness"] / radius**2, rolling["limit"] * 0.5 * (radius1 + radius2) / radius)
+    return " rolling sds %s 0.0 %s" % tuple(map(number, numbers)) + " twisting sds %s 0.0 1e300" % number(rolling["twisting_stiffness"])
+
+
+def words_in_space(job, k_n, k_s, dashes, tangent, adhesion):
+    """A law in space in the program's words; `dashes` are the damping's number, what the tangential dashpot is to it, and its name,
+    and `adhesion` is an energy and the law's name."""
     sticking, cut = "linear_nohistory 0.0 0.0", job.model["law"]["contact"]["viscosity"].get("tension") == "clipped"
     hertz = Solids(job).is_hertz
-    if tangent > 0.0:
+    # Adhesion that holds what does not overlap wants a spring along the tangent, though it may be allowed nothing.
+    if tangent > 0.0 or adhesion[1] == "jkr":
         numbers = tuple(map(number, (k_s, dashes[1], tangent)))
         sticking = ("mindlin/force %s %s %s" if hertz else "linear_history %s %s %s") % numbers
-    style = "hertz" if hertz else "hooke"
-    return "%s %s %s tangential %s damping %s%s" % (style, number(k_n), number(dashes[0]), sticking, dashes[2], " limit_damping" * cut)
+    energy, law = adhesion
+    if law:
+        # Of E* and γ alone, as Poisson's ratio is 0 and both materials are one; a dashpot is never cut.
+        normal, cut = "%s %s %s 0.0 %s" % (law, number(1.5 * k_n), number(dashes[0]), number(energy)), False
+    else:
+        normal = "%s %s %s" % ("hertz" if hertz else "hooke", number(k_n), number(dashes[0]))
+    return "%s tangential %s damping %s%s" % (normal, sticking, dashes[2], " limit_damping" * cut)
 
 
 def script_in_space(run):
@@ -157,6 +193,8 @@ def script_in_space(run):
             at_walls = (dashes[0] / job.grains[0]["mass"], beside, "mass_velocity")
             kinds.weights = [of / at_walls[0] for of in dashes] if at_walls[0] > 0.0 else kinds.weights
 
+    adhesion = solids.adhesion()
+
     def of_hertz(k_n, k_s):
         return (0.0, ratios[1] / ratios[0] * math.sqrt(k_s / (1.5 * k_n)), "tsuji") if ratios else none
 
@@ -169,9 +207,10 @@ def script_in_space(run):
         for two, (solid2, *of2) in enumerate(kinds.all[one:], one):
             k_n, k_s = solids.springs(solid1, solid2, *of1[:1], *of2[:1])
             dashes = of_hertz(k_n, k_s)
-            if of1 and run.dashes:
+            if run.dashes and not solids.is_hertz:
                 dashes = dashpot(job, k_n, of1[1] * of2[1] / (of1[1] + of2[1])), beside, "velocity"
-            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(solid1, solid2))
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(solid1, solid2), adhesion)
+            law += moments(job, of1[0], of2[0]) if of1 else ""
             lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, law))
     flat = [("gran granular", "wall", "%splane %s NULL" % (wall["axis"], number(wall["place"]))) for wall in job.model["walls"]]
     if job.asked.get("punch") is not None:
@@ -187,7 +226,7 @@ def script_in_space(run):
             k_n, k_s, dashes = math.sqrt(0.5) * k_n, math.sqrt(0.5) * k_s, of_hertz(k_n, k_s)
         for index, (style, body, place) in enumerate(flat):
             name = "flat_%d_%d" % (index, solid)
-            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(0, solid, body))
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(0, solid, body), (0.5 * adhesion[0], adhesion[1]))
             lines.append("fix %s solid_%d wall/%s %s %s contacts" % (name, solid, style, law, place))
             columns = []
             for column in (2, 3, 4):
@@ -288,4 +327,5 @@ def timing_in_space(job):
 if __name__ == "__main__":
     turn = "set group grains omega 0.0 0.0 v_spin", "set group grains omega v_spin_x v_spin_y v_spin_z"
     words = granular.Words(PROGRAM, script, PAIRS, "format line", turn, around, looks=True)
-    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, in_space=timing_in_space, parts=["hertz_mindlin"] * WITHIN)
+    parts = [*["hertz_mindlin", "limited_moments"] * WITHIN, *["dmt", "jkr"] * bool(os.environ.get(ADHESION))]
+    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, [NO_ADHESION] * (not os.environ.get(ADHESION)), timing_in_space, parts)

@@ -399,6 +399,7 @@ impl Description {
         match part {
             Part::Plane => !alone,
             Part::Space if alone => true,
+            Part::LimitedMoments => names(part) || names(Part::Moments),
             part => self.parts.contains(&part),
         }
     }
@@ -495,6 +496,8 @@ pub enum Part {
     HertzMindlin,
     /// moments against rolling and twisting
     Moments,
+    /// moments against rolling and twisting, those against rolling limited, which every engine has that says moments
+    LimitedMoments,
     /// adhesion
     Adhesion,
     /// adhesion by Derjaguin, Muller and Toporov
@@ -543,6 +546,7 @@ fn of_model(model: &Model) -> Vec<Part> {
     let adheres = |law| contact.adhesion.is_some() && contact.adhesion_law == law;
     let has =
         |kind: fn(&Surface) -> bool| model.obstacles.iter().any(|obstacle| kind(&obstacle.shape));
+    let is_limited = contact.rolling.map(|rolling| rolling.limit.is_some());
     let asked = [
         (Part::NormalSpring, true),
         (Part::TangentialSpring, model.law.has_friction()),
@@ -553,7 +557,8 @@ fn of_model(model: &Model) -> Vec<Part> {
         (Part::Gravity, model.gravity != [0.0; 2]),
         (Part::Walls, !model.walls.is_empty()),
         (Part::HertzMindlin, contact.springs == Springs::HertzMindlin),
-        (Part::Moments, contact.rolling.is_some()),
+        (Part::Moments, is_limited == Some(false)),
+        (Part::LimitedMoments, is_limited == Some(true)),
         (Part::Adhesion, adheres(AdhesionLaw::Pull)),
         (Part::Dmt, adheres(AdhesionLaw::Dmt)),
         (Part::Jkr, adheres(AdhesionLaw::Jkr)),

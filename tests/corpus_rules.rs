@@ -19,7 +19,7 @@ const GRAINS: u32 = 60;
 /// Of each rule the first alternative as often as all others together.
 fn drawn(source: &mut Source) -> Rules {
     let mut rules = Rules::default();
-    for rule in CATALOGUE.iter().filter(|rule| !rule.needs.is_of_hertz()) {
+    for rule in CATALOGUE.iter().filter(|rule| !rule.needs.is_of_space()) {
         let others: Vec<Choice> = of_rule(Choice::all(), rule.key).skip(1).collect();
         if source.below(2) == 1 {
             others[source.below(others.len())].set(&mut rules);

@@ -21,15 +21,19 @@ pub enum Needs {
     HertzAndFriction,
     HertzAndWalls,
     HertzAndDashpots,
+    Moments,
+    MomentsAndWalls,
 }
 
 impl Needs {
-    /// Whether it is of springs that are in space alone.
-    pub fn is_of_hertz(self) -> bool {
+    /// Whether it is of springs or moments that are in space alone.
+    pub fn is_of_space(self) -> bool {
         [
             Needs::HertzAndFriction,
             Needs::HertzAndWalls,
             Needs::HertzAndDashpots,
+            Needs::Moments,
+            Needs::MomentsAndWalls,
         ]
         .contains(&self)
     }
@@ -245,6 +249,21 @@ rules! {
         "the restitution or ratio of Hertz's dashpots along the tangent, where the model has one of its own" {
         AsModel "as_model": "as law.contact.tangential_viscosity says", "the model's";
         AsNormal "as_normal": "that along the normal: there is one for both", "Hertz's law in LIGGGHTS and Kratos DEM";
+    }
+    moment_turn: MomentTurn, Moments,
+        "what turns with the normal of the moment against rolling; it differs by the square of a step's turn" {
+        Moment "as_moment": "M_b itself, by spring_turn", "YADE";
+        Force "as_force": "the force F of M_b = n × F, by spring_turn", "LAMMPS (rolling sds)";
+    }
+    moment_limit: MomentLimit, Moments,
+        "the normal force that the limit of the moment against rolling is taken from" {
+        NormalForce "normal_force": "|N|, spring, dashpot and adhesion; where it is 0 nothing is limited", "YADE";
+        AsFriction "as_friction": "the one that Coulomb's limit is taken from; where it is 0 there is no moment against rolling or twisting", "LAMMPS (rolling and twisting sds)";
+    }
+    moments_at_walls: MomentsAtWalls, MomentsAndWalls,
+        "moments against rolling and twisting at walls, punch and obstacles" {
+        AsPairs "as_pairs": "as between grains", "YADE";
+        None "none": "there are none", "LAMMPS' adapter";
     }
     new_contact: NewContact, Friction,
         "the slip that a contact gets in its first step" {

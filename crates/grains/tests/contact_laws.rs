@@ -5,11 +5,15 @@ use std::f64::consts::PI;
 
 use grains::model::{Law, Model, Wall};
 use grains::obstacle::{Obstacle, Surface};
-use grains::rules::{Rules, SpringMemory, TangentialRestitution, WallRadius, WallStiffness};
-use grains::scene::{AdhesionLaw, ContactLaw, Springs, Tension, Viscosity};
+use grains::rules::{
+    MomentLimit, MomentTurn, MomentsAtWalls, Rules, SpringMemory, SpringTurn,
+    TangentialRestitution, WallRadius, WallStiffness,
+};
+use grains::scene::{AdhesionLaw, ContactLaw, Rolling, Springs, Tension, Viscosity};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Variant};
+use grains::vector::{Vector, cross, dot, minus, norm, times};
 
 const MODULUS: f64 = 2.0e7;
 const POISSON: f64 = 0.3;
@@ -302,4 +306,133 @@ fn a_contact_of_johnson_begins_at_the_surfaces_and_ends_at_the_largest_pull() {
         let first = first.expect("a contact");
         assert!(first.overlap >= 0.0 && first.overlap < -0.01 * end && first.normal_force < 0.0);
     }
+}
+
+/// Moments of two spheres, the second of which goes across so fast that the normal turns, or away, and of a sphere at a wall.
+fn rolled(model: Model, velocity: [f64; 2], at_wall: bool, steps: u64) -> Vec<Snapshot> {
+    let (mut model, [a, b], overlap) = (model, RADII, 5.0e-5);
+    model.dt = 1.0e-7;
+    model.law.contact.rolling.get_or_insert(Rolling {
+        bending_stiffness: 0.1,
+        twisting_stiffness: 0.08,
+        limit: None,
+    });
+    let mut bodies = match at_wall {
+        false => spheres(&[(a, 0.0, 0.0), (b, a + b - overlap, velocity[0])]),
+        true => spheres(&[(a, a - overlap, velocity[0])]),
+    };
+    if at_wall {
+        model.walls = vec![Wall {
+            axis: grains::model::Axis::X,
+            place: 0.0,
+        }];
+    } else {
+        bodies.vz[1] = velocity[1];
+    }
+    let last = bodies.len() - 1;
+    (bodies.spin[last], bodies.spin_x[last], bodies.spin_z[last]) = (300.0, 50.0, 400.0);
+    let case = Case {
+        name: "moments".to_owned(),
+        model,
+        bodies,
+        punch: None,
+        moments: (0..=steps).collect(),
+    };
+    variant::run(&case, &Variant::default())
+}
+
+#[test]
+fn what_turns_of_a_moment_is_its_rule() {
+    let across = [0.0, 1.0e3];
+    let last = |moment_turn| {
+        let rules = Rules {
+            moment_turn,
+            spring_turn: SpringTurn::KeepsLength,
+            ..Rules::default()
+        };
+        let run = rolled(model(AdhesionLaw::Pull, rules), across, false, 5);
+        let (mut moment, mut before): (Vector, Vector) = ([0.0; 3], [1.0, 0.0, 0.0]);
+        for snapshot in &run {
+            let memory = &snapshot.memory;
+            let planar = memory.planar[0].normal;
+            let normal = [planar[0], memory.across[0].normal, planar[1]];
+            let onto = |vector: Vector| {
+                let left = minus(vector, times(dot(vector, normal), normal));
+                times(norm(vector) / norm(left).max(1.0e-300), left)
+            };
+            let turned = match moment_turn {
+                MomentTurn::Moment => onto(moment),
+                MomentTurn::Force => cross(normal, onto(cross(moment, before))),
+            };
+            let spin = [50.0, 300.0, 400.0];
+            let rolls = minus(spin, times(dot(spin, normal), normal));
+            moment = minus(turned, times(0.1 * 1.0e-7, rolls));
+            before = normal;
+        }
+        let made = run[5].memory.across[0].bending;
+        let off = norm(minus(made, moment)) / norm(moment);
+        assert!(off < 1.0e-14, "{moment_turn:?}: {off:e}");
+        made
+    };
+    let [moment, force] = [MomentTurn::Moment, MomentTurn::Force].map(last);
+    let apart = norm(minus(moment, force)) / norm(moment);
+    assert!(apart > 1.0e-5 && apart < 1.0e-2, "{apart:e}");
+}
+
+#[test]
+fn a_moment_is_limited_by_the_force_of_its_rule() {
+    let last = |moment_limit, law, velocity| {
+        let rules = Rules {
+            moment_limit,
+            ..Rules::default()
+        };
+        let mut model = model(law, rules);
+        if law == AdhesionLaw::Pull {
+            model.law.contact.viscosity = Viscosity::Ratio {
+                ratio: 0.3,
+                tension: Tension::Clipped,
+            };
+        }
+        model.law.contact.rolling = Some(Rolling {
+            bending_stiffness: 1.0e6,
+            twisting_stiffness: 0.08,
+            limit: Some(0.1),
+        });
+        let snapshot = rolled(model, [velocity, 0.0], false, 1).remove(1);
+        let across = snapshot.memory.across[0];
+        let size = norm(across.bending) / (0.05 * (RADII[0] + RADII[1]));
+        (size, norm(across.twisting), snapshot.contacts[0])
+    };
+    let (of_force, of_friction) = (MomentLimit::NormalForce, MomentLimit::AsFriction);
+    // The dashpot of bodies so heavy would pull, and there is no force.
+    let (free, twisting, contact) = last(of_force, AdhesionLaw::Pull, 100.0);
+    assert!(free > 1.0 && twisting > 0.0 && contact.normal_force == 0.0);
+    let (none, twisting, _) = last(of_friction, AdhesionLaw::Pull, 100.0);
+    assert_eq!([none, twisting], [0.0; 2]);
+    let (limit, _, contact) = last(of_force, AdhesionLaw::Dmt, 1.0);
+    assert!((limit / contact.normal_force.abs() - 1.0).abs() < 1.0e-12);
+    let (limit, ..) = last(of_friction, AdhesionLaw::Dmt, 1.0);
+    let [radius, modulus] = effective();
+    let spring = 4.0 / 3.0 * modulus * radius.sqrt() * contact.overlap.powf(1.5);
+    let wanted = spring + 4.0 * PI * radius * ENERGY;
+    assert!((limit / wanted - 1.0).abs() < 1.0e-12, "{limit} {wanted}");
+}
+
+#[test]
+fn walls_may_have_no_moments() {
+    let bending = |moments_at_walls, at_wall| {
+        let rules = Rules {
+            moments_at_walls,
+            ..Rules::default()
+        };
+        let run = rolled(model(AdhesionLaw::Pull, rules), [0.0; 2], at_wall, 1);
+        let across = run[1].memory.across[0];
+        [across.bending, across.twisting].map(norm)
+    };
+    let none = bending(MomentsAtWalls::None, true);
+    assert_eq!(none, [0.0; 2]);
+    let with = bending(MomentsAtWalls::AsPairs, true);
+    assert!(with.iter().all(|size| *size > 0.0));
+    let pairs = [MomentsAtWalls::None, MomentsAtWalls::AsPairs].map(|rule| bending(rule, false));
+    assert_eq!(pairs[0], pairs[1]);
 }

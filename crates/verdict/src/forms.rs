@@ -164,6 +164,7 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
     let restitution = matches!(law.contact.viscosity, Viscosity::Restitution { .. });
     let is_hertz = law.contact.springs == Springs::HertzMindlin;
     let radii = &case.bodies.radius;
+    let moments = law.contact.rolling.filter(|_| law.rotates());
     match needs {
         Needs::Nothing => true,
         Needs::LocalDamping => model.alpha != 0.0,
@@ -182,6 +183,8 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
             let of_its_own = law.contact.tangential_viscosity.is_some();
             is_hertz && law.has_friction() && law.has_dashpots() && of_its_own
         }
+        Needs::Moments => moments.is_some(),
+        Needs::MomentsAndWalls => moments.is_some() && has_flat,
     }
 }
 

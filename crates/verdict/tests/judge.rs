@@ -110,7 +110,7 @@ fn the_step_written_out_has_the_bits_of_the_fast_one() {
 /// A choice of every rule, drawn.
 fn drawn_rules(source: &mut Source) -> Rules {
     let mut rules = Rules::default();
-    for rule in CATALOGUE.iter().filter(|rule| !rule.needs.is_of_hertz()) {
+    for rule in CATALOGUE.iter().filter(|rule| !rule.needs.is_of_space()) {
         let of_rule = Choice::all().filter(|choice| std::ptr::eq(choice.rule(), rule));
         let of_rule: Vec<Choice> = of_rule.collect();
         // Each is the first as often as all others together.
@@ -245,9 +245,9 @@ fn rules_that_are_not_declared_are_found_beside_a_wrong_constant_too() {
             wrong == 0.0 || said[0].contains("k_n between grains × 1.01000000000"),
             "{said:?}"
         );
-        let of_hertz = CATALOGUE.iter().filter(|rule| rule.needs.is_of_hertz());
-        let of_hertz: Vec<&str> = of_hertz.map(|rule| rule.key).collect();
-        assert_eq!(found.unasked, of_hertz, "in the plane");
+        let of_space = CATALOGUE.iter().filter(|rule| rule.needs.is_of_space());
+        let of_space: Vec<&str> = of_space.map(|rule| rule.key).collect();
+        assert_eq!(found.unasked, of_space, "in the plane");
     }
 }
 

@@ -6,9 +6,9 @@ use std::hint::black_box;
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, series};
 use crate::rules::{
-    Arms, ArmsAtWalls, LimitFrom, NewContact, RestitutionFormula, Slip, SlipAdded, SlipAtWalls,
-    SpringMemory, SpringTurn, SpringWhenSliding, StiffnessMean, TangentialDashpot, TensionRule,
-    WallMass, WallRadius, WallStiffness,
+    Arms, ArmsAtWalls, LimitFrom, MomentLimit, MomentTurn, MomentsAtWalls, NewContact,
+    RestitutionFormula, Slip, SlipAdded, SlipAtWalls, SpringMemory, SpringTurn, SpringWhenSliding,
+    StiffnessMean, TangentialDashpot, TensionRule, WallMass, WallRadius, WallStiffness,
 };
 use crate::scene::{AdhesionLaw, Rolling, Springs, Tension, Viscosity};
 use crate::tables::Body;
@@ -171,7 +171,6 @@ pub struct Parts {
 }
 
 const NONE: Vector = [0.0; 3];
-
 /// What the tangential spring has along the normal is no larger a share of a contact's forces.
 const TOLD_WITH_IT: f64 = 1.0e-6;
 
@@ -180,15 +179,6 @@ impl Reference {
     fn numbers(&self, input: Input, first: Body, both: [f64; 2]) -> [f64; 2] {
         let whose = self.variant.taken_for(input, first);
         whose.map_or(both, |whose| whose.of_numbers(both))
-    }
-
-    /// The largest moment against rolling, N·m. As in YADE, a force of zero limits nothing.
-    fn most_moment(&self, rolling: &Rolling, touch: &Touch, force: f64) -> f64 {
-        let [one, two] = self.numbers(Input::RollingRadii, touch.first, touch.radii);
-        match rolling.limit {
-            Some(limit) if limit > 0.0 && force > 0.0 => force * (limit * ((one + two) / 2.0)),
-            _ => f64::INFINITY,
-        }
     }
 
     /// What these bodies have between them; a flat one has the grain's radius.
@@ -495,7 +485,8 @@ impl Reference {
                     true => made,
                     false => told,
                 };
-                self.moments(&Rolling { limit, ..rolling }, touch, on, force, memory)
+                let rolling = Rolling { limit, ..rolling };
+                self.moments(&rolling, touch, on, (&pair, &strength), force, memory)
             })
         };
         let free = before.zip(memory).map(|(told, memory)| Memory {
@@ -555,7 +546,7 @@ impl Reference {
             added: moments(false, None),
             without_limit: moments(false, free.as_ref())[0],
             most_moment: match self.constants.law.contact.rolling {
-                Some(rolling) => self.most_moment(&rolling, touch, norm(told)),
+                Some(rolling) => self.most_moment(&rolling, touch, (&pair, &strength), told),
                 None => f64::INFINITY,
             },
         })
@@ -582,7 +573,10 @@ impl Reference {
             self.shear(touch, on, (&pair, &strength), normal_force, remembered);
         let force = plus(normal_force, shear);
         let [bending, twisting] = match self.constants.law.contact.rolling {
-            Some(rolling) => self.moments(&rolling, touch, on, normal_force, remembered),
+            Some(rolling) => {
+                let constants = (&pair, &strength);
+                self.moments(&rolling, touch, on, constants, normal_force, remembered)
+            }
             None => [NONE; 2],
         };
         Action {
@@ -648,22 +642,53 @@ impl Reference {
         }
     }
 
+    /// The largest moment against rolling, N·m. As in YADE, a normal force of zero limits nothing.
+    fn most_moment(
+        &self,
+        rolling: &Rolling,
+        touch: &Touch,
+        (pair, strength): (&Pair, &Strength),
+        normal_force: Vector,
+    ) -> f64 {
+        let force = match self.rules().moment_limit {
+            MomentLimit::AsFriction => self.pressing(pair, strength, normal_force),
+            MomentLimit::NormalForce => norm(normal_force),
+        };
+        let [one, two] = self.numbers(Input::RollingRadii, touch.first, touch.radii);
+        match rolling.limit {
+            Some(limit) if limit > 0.0 && force > 0.0 => force * (limit * ((one + two) / 2.0)),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Moments against rolling and twisting, on body 2, N·m.
     fn moments(
         &self,
         rolling: &Rolling,
         touch: &Touch,
         on: [Motion; 2],
+        constants: (&Pair, &Strength),
         normal_force: Vector,
         remembered: Option<&Memory>,
     ) -> [Vector; 2] {
+        let is_flat = touch.first != Body::Grain;
+        let is_free = self.looks.is_none()
+            && self.rules().moment_limit == MomentLimit::AsFriction
+            && self.pressing(constants.0, constants.1, normal_force) <= 0.0;
+        if is_free || is_flat && self.rules().moments_at_walls == MomentsAtWalls::None {
+            return [NONE; 2];
+        }
         let relative = minus(on[1].spin, on[0].spin);
         let twist = times(dot(relative, touch.normal), touch.normal);
         let stiffnesses = [rolling.bending_stiffness, rolling.twisting_stiffness];
         let before = remembered.map_or([NONE; 2], |memory| {
-            let bending = match self.has(Form::MomentNotTurned) {
-                true => memory.bending,
-                false => self.turned(memory.normal, memory.bending, touch, on),
+            let turned = |vector| self.turned(memory.normal, vector, touch, on);
+            let bending = match self.rules().moment_turn {
+                _ if self.has(Form::MomentNotTurned) => memory.bending,
+                MomentTurn::Moment => turned(memory.bending),
+                MomentTurn::Force => {
+                    cross(touch.normal, turned(cross(memory.bending, memory.normal)))
+                }
             };
             [bending, self.turned_along(memory, touch, on)]
         });
@@ -672,10 +697,8 @@ impl Reference {
             let way = times(self.constants.dt, rates[at]);
             minus(before[at], times(stiffnesses[at], way))
         });
-        let (most, size) = (
-            self.most_moment(rolling, touch, norm(normal_force)),
-            norm(bending),
-        );
+        let most = self.most_moment(rolling, touch, constants, normal_force);
+        let size = norm(bending);
         if self.looks.is_none() && size > most {
             bending = times(most / size, bending);
         }
@@ -799,16 +822,23 @@ impl Reference {
                 let squared = dot(normal_force, normal_force) * (pair.tangent * pair.tangent);
                 (squared.sqrt(), squared)
             }
-            (from, _) => {
-                let pressing = match from {
-                    LimitFrom::Spring => strength.elastic,
-                    LimitFrom::WholeForce => match self.constants.law.contact.adhesion_law {
-                        AdhesionLaw::Pull => norm(normal_force) + pair.pull,
-                        AdhesionLaw::Dmt | AdhesionLaw::Jkr => strength.elastic + pair.pull,
-                    },
-                };
-                let limit = pressing * pair.tangent;
+            _ => {
+                let limit = self.pressing(pair, strength, normal_force) * pair.tangent;
                 (limit, limit * limit)
+            }
+        }
+    }
+
+    /// The force that Coulomb's limit is taken from, N.
+    fn pressing(&self, pair: &Pair, strength: &Strength, normal_force: Vector) -> f64 {
+        match (
+            self.rules().limit_from,
+            self.constants.law.contact.adhesion_law,
+        ) {
+            (LimitFrom::Spring, _) => strength.elastic,
+            (LimitFrom::WholeForce, AdhesionLaw::Pull) => norm(normal_force) + pair.pull,
+            (LimitFrom::WholeForce, AdhesionLaw::Dmt | AdhesionLaw::Jkr) => {
+                strength.elastic + pair.pull
             }
         }
     }
