@@ -17,6 +17,8 @@ mod verify;
 use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
+use crate::progress::{Display, Task};
+use crate::workers::asked_to_end;
 use report::Files;
 
 /// Pours, settles and presses discs in two engines, and says whether they agree.
@@ -155,6 +157,26 @@ fn json(value: &impl serde::Serialize) -> Result<String, Error> {
     serde_json::to_string_pretty(value)
         .map(|text| text + "\n")
         .map_err(|error| Error::Report(error.to_string()))
+}
+
+/// An error where the work was asked to end, and is not whole.
+fn unless_ended() -> Result<(), Error> {
+    match asked_to_end() {
+        true => Err(Error::Interrupted),
+        false => Ok(()),
+    }
+}
+
+/// Does work that takes its time, with progress under this name, and whole.
+fn with_progress<T>(
+    quiet: bool,
+    name: &str,
+    work: impl FnOnce(&Task) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let task = Display::new(quiet).task(name);
+    let made = work(&task)?;
+    task.done("done");
+    unless_ended().map(|()| made)
 }
 
 /// Prints a record's text, or what it says in words.

@@ -173,13 +173,8 @@ impl Comparison {
             );
         }
         sections.push(Section::new("Measured quantities", about).with(self.quantity_table("")));
-        Document {
-            title: "Two runs compared".to_owned(),
-            verdict: self.verdict().into(),
-            answer: self.answer(),
-            sections,
-            checks: self.all_checks("compare"),
-        }
+        let checks = self.all_checks("compare");
+        Document::new("Two runs compared", self.answer(), checks).with(sections)
     }
 
     pub fn answer(&self) -> String {

@@ -16,7 +16,7 @@ pub mod table;
 
 use std::borrow::Cow;
 
-use crate::checks::{Check, ITSELF, Outcome};
+use crate::checks::{Check, ITSELF, Outcome, verdict};
 use crate::exit;
 pub use plot::{Axis, Colour, Mark, Plot, Point, Shape, Style};
 pub use table::{Cell, Column, Columns, Table, rounded};
@@ -82,6 +82,27 @@ pub struct Drawing {
 }
 
 impl Document {
+    /// With the verdict that its checks come to, without sections yet; without checks it only shows.
+    pub fn new(title: impl Into<String>, answer: impl Into<String>, checks: Vec<Check>) -> Self {
+        let verdict = match checks.is_empty() {
+            true => Outcome::Pass,
+            false => verdict(&checks),
+        };
+        Document {
+            title: title.into(),
+            verdict,
+            answer: answer.into(),
+            sections: Vec::new(),
+            checks,
+        }
+    }
+
+    #[must_use]
+    pub fn with(mut self, sections: impl IntoIterator<Item = Section>) -> Self {
+        self.sections.extend(sections);
+        self
+    }
+
     /// The verdict for people; none of a document that only shows.
     pub fn verdict_in_words(&self) -> Option<&'static str> {
         let shows = self.checks.is_empty() && self.verdict == Outcome::Pass;

@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 
 use self::published::printed;
-use crate::checks::{Check, Outcome, verdict};
+use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table, rounded};
 
 /// One printed number beside its recomputation.
@@ -161,16 +161,10 @@ pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
         .column("prints", |fault| fault.printed)
         .column("should be", |fault| fault.should_be)
         .column("because", |fault| fault.evidence);
-    Document {
-        title: "The paper's numbers, recomputed".to_owned(),
-        verdict: verdict(&checks),
-        answer,
-        sections: vec![
-            Section::new("Numbers", "").with(table).with(remarks),
-            Section::new("Text", "").with(printed),
-        ],
-        checks,
-    }
+    Document::new("The paper's numbers, recomputed", answer, checks).with([
+        Section::new("Numbers", "").with(table).with(remarks),
+        Section::new("Text", "").with(printed),
+    ])
 }
 
 /// Faults of the printed text that are no single number.

@@ -79,7 +79,7 @@ fn the_table_of_printed_figures_is_used_up() {
     let numbers = numbers();
     let ids: BTreeSet<&str> = numbers.iter().map(|number| number.id.as_str()).collect();
     assert_eq!(ids.len(), numbers.len());
-    for figure in PRINTED {
+    for figure in PRINTED.iter() {
         let used = ids.contains(figure.id) || figure.id == "load/pressure";
         assert!(used, "{}", figure.id);
     }

@@ -130,6 +130,15 @@ pub struct Found {
     pub speeds: Vec<Speed>,
 }
 
+impl From<&[Check]> for Found {
+    fn from(checks: &[Check]) -> Self {
+        Found {
+            checks: checks.to_vec(),
+            ..Found::default()
+        }
+    }
+}
+
 /// A job's own keys (`crossgrain` and `command` among them) with what all jobs have, as the text of its record, and what is
 /// common read back from it. Ids that repeat are an error.
 pub fn write(
@@ -214,11 +223,8 @@ mod tests {
         record.verdict = Outcome::Fail;
         let text = serde_json::to_string(&record).expect("JSON");
         assert!(refused(&text).contains("two checks with the id a/b"));
-        let found = Found {
-            checks: record.checks,
-            ..Found::default()
-        };
         let own = serde_json::json!({"crossgrain": "", "command": ""});
+        let found = record.checks[..].into();
         let made = write("verify", &own, String::new(), found).expect_err("is refused");
         assert!(made.to_string().contains("two checks"), "{made}");
     }

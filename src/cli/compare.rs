@@ -6,16 +6,15 @@ use clap::Args;
 
 use super::engine::beside;
 use super::job_folder::Results;
-use super::json;
 use super::report::Output;
 use super::run::YadeLimits;
+use super::{json, unless_ended};
 use crate::compare::bits::differing_keys;
 use crate::compare::first_difference::Locator;
 use crate::compare::{compare, compare_as};
 use crate::error::Error;
 use crate::progress::Display;
 use crate::run::folder::RunFolder;
-use crate::workers::asked_to_end;
 
 #[derive(Debug, Args)]
 #[command(
@@ -80,9 +79,7 @@ impl Arguments {
         comparison.tell_apart([&self.a, &self.b]);
         let (text, document) = (json(&comparison)?, comparison.document());
         self.output.views.tell("compare", &text, &document)?;
-        if asked_to_end() {
-            return Err(Error::Interrupted);
-        }
+        unless_ended()?;
         self.results.write(&document, &[(RECORD, &text)])?;
         Ok(document.verdict.exit_code())
     }

@@ -9,23 +9,21 @@ use serde::Serialize;
 use super::job_folder::Results;
 use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
-use super::{flag, with_options};
-use crate::checks::record::{self, Found};
+use super::{flag, with_options, with_progress};
+use crate::checks::record;
 use crate::compare::first_steps::{Beds, identified, identify, sentence};
 use crate::compare::from_runs::states_of;
-use crate::document::Section;
+use crate::document::{Document, Section};
 use crate::engine::Description;
 use crate::engine::named::Named;
 use crate::error::Error;
 use crate::files::{Place, work_folder};
 use crate::limits::bench::machine::Machine;
-use crate::progress::Display;
 use crate::report;
 use crate::report::packing::grains_left;
 use crate::run::folder::read_scene;
 use crate::suite::card::card;
 use crate::suite::conformance::{conformance, table};
-use crate::workers::asked_to_end;
 use grains::rules::{CATALOGUE, Rules};
 use verdict::judge::Judgement;
 use verdict::starts::DISPERSION;
@@ -159,6 +157,19 @@ struct Checked<'a, T> {
     found: &'a T,
 }
 
+/// Writes the record of a verb, by the names of its job and its file, tells what it says and gives the exit code.
+fn finish(
+    [job, file]: [&str; 2],
+    own: &impl Serialize,
+    document: &Document,
+    results: &Results,
+    output: &Output,
+) -> Result<u8, Error> {
+    let (found, machine) = (document.checks[..].into(), Machine::this().kind());
+    let (text, _) = record::write(job, own, machine, found)?;
+    results.finish(&output.views, job, (file, &text), document)
+}
+
 /// Grains of a bed that stays a bed.
 fn dispersion(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -216,28 +227,24 @@ impl Arguments {
             ));
         }
         self.results.check(CHECK)?;
-        let display = Display::new(self.output.quiet);
-        let task = display.task("engine check");
-        let mut beds = match &self.scene {
-            Some(path) => {
-                let scene = read_scene(path)?;
-                task.share(0.0, "native runs the scene");
-                Beds::from(states_of(&scene)?)
-            }
-            None => Beds::new(self.grains, self.dispersion),
-        };
-        beds.thorough = self.against_itself;
-        let mut progress = |name: &str| task.share(0.0, name);
         let asked = match &self.engine {
             Named::Exec(program) => format!("exec:{}", program.display()),
             _ => format!("yade{}", self.yade.words()),
         };
-        let engine = self.yade.engine(&self.engine)?;
-        let found = conformance(engine.as_ref(), &beds, &mut progress)?;
-        task.done("done");
-        if asked_to_end() {
-            return Err(Error::Interrupted);
-        }
+        let found = with_progress(self.output.quiet, "engine check", |task| {
+            let mut beds = match &self.scene {
+                Some(path) => {
+                    let scene = read_scene(path)?;
+                    task.share(0.0, "native runs the scene");
+                    Beds::from(states_of(&scene)?)
+                }
+                None => Beds::new(self.grains, self.dispersion),
+            };
+            beds.thorough = self.against_itself;
+            let engine = self.yade.engine(&self.engine)?;
+            let mut progress = |name: &str| task.share(0.0, name);
+            Ok(conformance(engine.as_ref(), &beds, &mut progress)?)
+        })?;
         let from = match &self.scene {
             Some(_) => "--scene FILE".to_owned(),
             None => format!("--grains {} --dispersion {}", self.grains, self.dispersion),
@@ -261,11 +268,6 @@ impl Arguments {
             command,
             found: &found,
         };
-        let checks = Found {
-            checks: found.checks.clone(),
-            ..Found::default()
-        };
-        let (text, _) = record::write("engine check", &own, Machine::this().kind(), checks)?;
         let mut document = found.document();
         document.title += &format!(" ({asked})");
         let causes = found.first_steps.iter().flat_map(|steps| &steps.causes);
@@ -275,9 +277,8 @@ impl Arguments {
             .into_iter()
             .filter(|section| !section.blocks.is_empty());
         document.sections.extend(more.chain([made]));
-        self.output.views.tell("engine check", &text, &document)?;
-        self.results.write(&document, &[(CHECK, &text)])?;
-        Ok(document.exit_code())
+        let names = ["engine check", CHECK];
+        finish(names, &own, &document, &self.results, &self.output)
     }
 }
 
@@ -296,18 +297,16 @@ struct OfRules<'a> {
 impl IdentifyArguments {
     fn execute(self) -> Result<u8, Error> {
         self.results.check(IDENTIFIED)?;
-        let display = Display::new(self.output.quiet);
-        let task = display.task("engine identify");
-        let mut progress = |name: &str| task.share(0.0, name);
-        let folder = work_folder()?;
-        let engine = self.engine.engine(&self.limits.options(), folder.path())?;
-        let described = engine.describe()?;
-        let found = identify(engine.as_ref(), self.grains, self.dispersion, &mut progress)?;
-        task.done("done");
-        if asked_to_end() {
-            return Err(Error::Interrupted);
-        }
         let (key, grains, dispersion) = (self.engine.key(), self.grains, self.dispersion);
+        let found = with_progress(self.output.quiet, "engine identify", |task| {
+            let folder = work_folder()?;
+            let engine = self.engine.engine(&self.limits.options(), folder.path())?;
+            let mut progress = |name: &str| task.share(0.0, name);
+            let described = engine.describe()?;
+            let found = identify(engine.as_ref(), grains, dispersion, &mut progress)?;
+            Ok((described, found))
+        });
+        let (described, found) = found?;
         let own = OfRules {
             crossgrain: VERSION,
             command: format!(
@@ -320,16 +319,8 @@ impl IdentifyArguments {
             first_steps: &found.judgement,
         };
         let document = identified(&described, &found);
-        let checks = Found {
-            checks: document.checks.clone(),
-            ..Found::default()
-        };
-        let (text, _) = record::write("engine identify", &own, Machine::this().kind(), checks)?;
-        self.output
-            .views
-            .tell("engine identify", &text, &document)?;
-        self.results.write(&document, &[(IDENTIFIED, &text)])?;
-        Ok(document.exit_code())
+        let names = ["engine identify", IDENTIFIED];
+        finish(names, &own, &document, &self.results, &self.output)
     }
 }
 
@@ -340,19 +331,13 @@ impl CardArguments {
         let engine = self.engine.engine(&self.limits.options(), folder.path())?;
         let card = card(engine.as_ref())?;
         let document = card.document();
-        let checks = Found {
-            checks: document.checks.clone(),
-            ..Found::default()
-        };
         let own = Checked {
             crossgrain: VERSION,
             command: format!("crossgrain engine card {}", self.engine.key()),
             found: &card,
         };
-        let (text, _) = record::write("engine card", &own, Machine::this().kind(), checks)?;
-        self.output.views.tell("engine card", &text, &document)?;
-        self.results.write(&document, &[(CARD, &text)])?;
-        Ok(document.exit_code())
+        let names = ["engine card", CARD];
+        finish(names, &own, &document, &self.results, &self.output)
     }
 }
 
@@ -370,18 +355,12 @@ impl TableArguments {
             yade: self.limits.options(),
             command: self.command(),
         };
-        let display = Display::new(self.output.quiet);
-        let task = display.task("engine table");
-        let made = table::table(&candidates, &options, &mut |name| task.share(0.0, name))?;
-        task.done("done");
-        if asked_to_end() {
-            return Err(Error::Interrupted);
-        }
-        let found = Found {
-            checks: made.checks.clone(),
-            ..Found::default()
-        };
-        let (text, record) = record::write("conformance", &made, Machine::this().kind(), found)?;
+        let made = with_progress(self.output.quiet, "engine table", |task| {
+            let mut progress = |name: &str| task.share(0.0, name);
+            Ok(table::table(&candidates, &options, &mut progress)?)
+        })?;
+        let (found, machine) = (made.checks[..].into(), Machine::this().kind());
+        let (text, record) = record::write("conformance", &made, machine, found)?;
         let document = made.document();
         self.output.views.tell(&record.job, &text, &document)?;
         let markdown = report::markdown(&document);

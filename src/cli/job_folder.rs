@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::report::Views;
 use crate::document::Document;
 use crate::error::Error;
 use crate::files::{
@@ -56,6 +57,19 @@ impl Results {
     pub fn check(&self, record: &str) -> Result<(), Error> {
         let out = self.out.as_deref();
         Ok(out.map_or(Ok(()), |out| has_room(out, record))?)
+    }
+
+    /// Tells what a job found, and writes its page and its record; the value is the exit code.
+    pub fn finish(
+        &self,
+        views: &Views,
+        job: &str,
+        record: (&str, &str),
+        document: &Document,
+    ) -> Result<u8, Error> {
+        views.tell(job, record.1, document)?;
+        self.write(document, &[record])?;
+        Ok(document.exit_code())
     }
 
     /// Writes the page and the files, of which the first is the record, and says where the page is.

@@ -67,9 +67,9 @@ impl Numbers {
         let (numbers, faults) = (numbers(), text_faults());
         let document = document(&numbers, &faults);
         let text = json(&json!({"numbers": numbers, "text_faults": faults}))?;
-        self.views.tell("paper numbers", &text, &document)?;
-        self.results.write(&document, &[(NUMBERS, &text)])?;
-        Ok(document.verdict.exit_code())
+        let record = (NUMBERS, text.as_str());
+        self.results
+            .finish(&self.views, "paper numbers", record, &document)
     }
 }
 

@@ -422,9 +422,9 @@ impl OfRun {
             Ok::<_, Error>(report::outcome::document(&run, share))
         });
         let document = document.ok_or(Error::Interrupted)??;
-        self.views.tell("report run", &text, &document)?;
-        self.results.write(&document, &[(RECORD, &text)])?;
-        Ok(document.exit_code())
+        let record = (RECORD, text.as_str());
+        self.results
+            .finish(&self.views, "report run", record, &document)
     }
 }
 

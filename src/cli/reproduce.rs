@@ -7,7 +7,7 @@ use clap::Args;
 use super::job_folder::{finish, open, page_line};
 use super::report::{Files, Where};
 use super::run::YadeLimits;
-use super::{flag, json, print, with_options};
+use super::{flag, json, print, unless_ended, with_options};
 use crate::checks::record::{self, Found, Record};
 use crate::checks::{self, Outcome};
 use crate::compare::baseline::{self, diff::diff};
@@ -22,7 +22,6 @@ use crate::report::{Page, page_against, terminal};
 use crate::reproduce::record::{Beside, Reproduction, measured};
 use crate::reproduce::{Options, reproduce};
 use crate::run::folder::read_scene;
-use crate::workers::asked_to_end;
 use grains::native::Fault;
 use grains::scene::paper_scene;
 
@@ -113,9 +112,7 @@ impl Arguments {
             command: self.command(),
         };
         let (reproduction, runs) = reproduce(&options, &display)?;
-        if asked_to_end() {
-            return Err(Error::Interrupted);
-        }
+        unless_ended()?;
         let scene = json(&runs.native.scene)?;
         write_whole((out, "scene.json"), scene.as_bytes())?;
         let found = Found {

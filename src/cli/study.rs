@@ -188,9 +188,7 @@ impl Verb {
                 let comparison = compare(&merged(&first)?, &merged(&second)?)?;
                 let text = json(&comparison)?;
                 let document = comparison.told_apart([&first, &second]).document();
-                views.tell("study compare", &text, &document)?;
-                results.write(&document, &[(COMPARED, &text)])?;
-                Ok(document.verdict.exit_code())
+                results.finish(&views, "study compare", (COMPARED, &text), &document)
             }
             Verb::Claims(arguments) => arguments.execute(),
             Verb::Figures(arguments) => arguments.execute(),
@@ -364,9 +362,9 @@ impl Claims {
         let (mut found, other) = found.ok_or(Error::Interrupted)?;
         found.beside = other.map(Into::into);
         let (text, document) = (json(&found)?, found.document());
-        self.views.tell("study claims", &text, &document)?;
-        self.results.write(&document, &[(CLAIMS, &text)])?;
-        Ok(document.verdict.exit_code())
+        let record = (CLAIMS, text.as_str());
+        self.results
+            .finish(&self.views, "study claims", record, &document)
     }
 }
 

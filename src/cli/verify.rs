@@ -7,8 +7,8 @@ use super::engine::{Several, name, several};
 use super::job_folder::Results;
 use super::report::Output;
 use super::run::YadeLimits;
-use super::{flag, with_options};
-use crate::checks::record::{self, Found};
+use super::{flag, unless_ended, with_options};
+use crate::checks::record;
 use crate::compare::first_steps::Beds;
 use crate::engine::named::Named;
 use crate::error::Error;
@@ -16,7 +16,6 @@ use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report::disc_field::of_figure_4;
 use crate::suite::run::{Options, verify, verify_in};
-use crate::workers::asked_to_end;
 
 #[derive(Debug, Args)]
 #[command(
@@ -78,14 +77,8 @@ impl Arguments {
                 verify(&options, &display)?
             }
         };
-        if asked_to_end() {
-            return Err(Error::Interrupted);
-        }
-        let found = Found {
-            checks: verification.checks(),
-            ..Found::default()
-        };
-        let machine = Machine::this().kind();
+        unless_ended()?;
+        let (found, machine) = (verification.checks()[..].into(), Machine::this().kind());
         let (text, record) = record::write("verify", &verification, machine, found)?;
         let mut document = verification.document();
         document.sections.push(of_figure_4());

@@ -210,19 +210,16 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
     let mut all =
         vec![Section::new("Its rules", &about).with(Table::from(table).without_empty_columns())];
     all.extend(sections(judgement));
+    let rules_are = "It is judged by the rules that were found, otherwise than the model";
+    let answer = format!(
+        "{} {} Whole jobs, stages and later steps were not looked at: `engine check` does that.",
+        with_verdict(verdict, &said),
+        sentence(&of_states(judgement, rules_are))
+    );
+    let checks = checks(judgement, "engine/first-steps");
     Document {
-        title: format!("Rules of {}", engine.label()),
         verdict: verdict.into(),
-        answer: format!(
-            "{} {} Whole jobs, stages and later steps were not looked at: `engine check` does that.",
-            with_verdict(verdict, &said),
-            sentence(&of_states(
-                judgement,
-                "It is judged by the rules that were found, otherwise than the model"
-            ))
-        ),
-        sections: all,
-        checks: checks(judgement, "engine/first-steps"),
+        ..Document::new(format!("Rules of {}", engine.label()), answer, checks).with(all)
     }
 }
 

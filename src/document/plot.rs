@@ -217,28 +217,6 @@ impl Plot {
         self.with(name, colour, Shape::Points { style, points })
     }
 
-    /// With the area between two lines, x, lower, upper, on top.
-    #[must_use]
-    pub fn band(
-        self,
-        name: &str,
-        colour: Colour,
-        values: impl IntoIterator<Item = [f64; 3]>,
-    ) -> Self {
-        self.with(name, colour, Shape::Band(values.into_iter().collect()))
-    }
-
-    /// With boxes from the floor, left, right, height, on top.
-    #[must_use]
-    pub fn bars(
-        self,
-        name: &str,
-        colour: Colour,
-        boxes: impl IntoIterator<Item = [f64; 3]>,
-    ) -> Self {
-        self.with(name, colour, Shape::Bars(boxes.into_iter().collect()))
-    }
-
     /// With a value across the whole plot.
     #[must_use]
     pub fn level(self, name: impl Into<String>, colour: Colour, at: f64) -> Self {

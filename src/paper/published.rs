@@ -3,7 +3,10 @@
 
 use std::sync::LazyLock;
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+use serde::Deserialize;
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Printed {
     /// Short and lasting: `table-4/stress/O`.
     pub id: &'static str,
@@ -72,98 +75,27 @@ pub const TABLE_1: [(&str, [u32; 6]); 7] = [
     ("optimistic", [0, 5, 0, 0, 0, 0]),
 ];
 
-const fn at(
-    id: &'static str,
-    place: &'static str,
-    value: f64,
-    rounding: f64,
-    unit: &'static str,
-) -> Printed {
-    Printed {
-        id,
-        place,
-        value,
-        rounding,
-        unit,
-    }
-}
-
-const PILES: &str = "section 2.2";
-const STEP_3: &str = "section 3";
-const BED: &str = "section 4.2";
-const T1: &str = "Table 1";
-const T3: &str = "Table 3";
-const T4: &str = "Table 4";
-const PI: f64 = std::f64::consts::PI;
-
-/// In the order of the paper.
-pub const PRINTED: &[Printed] = &[
-    at("piles/loads", PILES, 7726.0, 0.0, "cases"),
-    at("piles/balanced", PILES, 126.0, 0.0, "cases"),
-    at("table-1/1", T1, 5.0, 0.0, "cases"),
-    at("table-1/2", T1, 20.0, 0.0, "cases"),
-    at("table-1/3", T1, 20.0, 0.0, "cases"),
-    at("table-1/4", T1, 30.0, 0.0, "cases"),
-    at("table-1/5", T1, 30.0, 0.0, "cases"),
-    at("table-1/6", T1, 20.0, 0.0, "cases"),
-    at("table-1/7", T1, 1.0, 0.0, "cases"),
-    at("table-1/subclasses", T1, 7.0, 0.0, "subclasses"),
-    at("piles/most-likely", PILES, 30.0, 0.0, "cases"),
-    at("piles/likely-over-optimistic", PILES, 30.0, 0.0, "1"),
-    at("piles/likely-over-pessimistic", PILES, 6.0, 0.0, "1"),
-    at("piles/pessimistic-over-optimistic", PILES, 5.0, 0.0, "1"),
-    at("piles/symmetric", PILES, 6.0, 0.0, "cases"),
-    at("piles/moment-balance", PILES, 6.0, 0.0, "cases"),
-    at("piles/chance-optimistic", PILES, 0.01, 0.005, "1"),
-    at("piles/chance-pessimistic", PILES, 0.04, 0.005, "1"),
-    at("piles/twice-the-mean", PILES, 0.135, 0.0005, "1"),
-    at("piles/twice-in-whole-units", PILES, 0.135, 0.0005, "1"),
-    at("load/force", STEP_3, 1998.0, 0.0, "N/m"),
-    at("load/pressure", STEP_3, PRESSURE, 50.0, "Pa"),
-    at("table-3/volume", T3, 4.0, 0.0, "m³"),
-    at("table-3/particle-volume", T3, PI, 0.0, "m³"),
-    at("table-3/porosity", T3, 0.21, 0.005, "1"),
-    at("table-3/sum-zz", T3, 2.0, 0.05, "J"),
-    at("table-3/stress-zz", T3, 0.5, 0.05, "Pa"),
-    at("table-3/sum-xx", T3, 1.0, 0.05, "J"),
-    at("table-3/stress-xx", T3, 0.25, 0.005, "Pa"),
-    at("table-3/sum-xy", T3, 0.0, 0.05, "J"),
-    at("table-3/stress-xy", T3, 0.0, 0.05, "Pa"),
-    at("eq-8/stacked", "Eq. 8", 1.0, 0.0, "1"),
-    at("table-4/weight/O", T4, 2.3e3, 50.0, "Pa"),
-    at("table-4/load/O", T4, 11.3e3, 50.0, "Pa"),
-    at("table-4/stress/O", T4, STRESSES[0], 50.0, "Pa"),
-    at("table-4/extensive/O", T4, 0.34, 0.005, "J"),
-    at("table-4/weight/A", T4, 2.3e3, 50.0, "Pa"),
-    at("table-4/load/A", T4, 5.0e3, 50.0, "Pa"),
-    at("table-4/stress/A", T4, STRESSES[1], 50.0, "Pa"),
-    at("table-4/extensive/A", T4, 0.18, 0.005, "J"),
-    at("table-4/weight/B", T4, 2.3e3, 50.0, "Pa"),
-    at("table-4/load/B", T4, 1.5e3, 50.0, "Pa"),
-    at("table-4/stress/B", T4, STRESSES[2], 50.0, "Pa"),
-    at("table-4/extensive/B", T4, 0.09, 0.005, "J"),
-    at("table-4/control-volume", T4, CONTROL_VOLUME, 0.0, "m³"),
-    at("bed/height", BED, HEIGHT, SCATTER, "m"),
-    at("bed/porosity", BED, POROSITY, SCATTER, "1"),
-    at("section-5/control-volume", "section 5", 1.0, 0.0, "1"),
-];
+/// In the order of the paper: `printed.json`, read.
+pub static PRINTED: LazyLock<Vec<Printed>> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("printed.json")).expect("it is a list of figures")
+});
 
 pub fn printed(id: &str) -> Option<&'static Printed> {
     PRINTED.iter().find(|figure| figure.id == id)
 }
 
+fn value(id: &str) -> f64 {
+    printed(id).expect("it is printed").value
+}
+
 /// H, m.
-pub const HEIGHT: f64 = 0.46;
+pub static HEIGHT: LazyLock<f64> = LazyLock::new(|| value("bed/height"));
 /// n.
-pub const POROSITY: f64 = 0.17;
-/// Of both.
-const SCATTER: f64 = 0.01;
+pub static POROSITY: LazyLock<f64> = LazyLock::new(|| value("bed/porosity"));
 /// p, Pa.
-pub const PRESSURE: f64 = 44.4e3;
+pub static PRESSURE: LazyLock<f64> = LazyLock::new(|| value("load/pressure"));
 /// V_c, m³.
-pub const CONTROL_VOLUME: f64 = 2.5e-5;
-/// σ_zz at O, A and B, Pa.
-const STRESSES: [f64; 3] = [13.6e3, 7.4e3, 3.8e3];
+pub static CONTROL_VOLUME: LazyLock<f64> = LazyLock::new(|| value("table-4/control-volume"));
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parts {
@@ -188,39 +120,17 @@ pub fn table_4(point: &str) -> Option<Parts> {
     })
 }
 
-/// Definitions of a bed's height; the paper does not say which is its own.
-pub const HEIGHTS: [(&str, &str); 3] = [
-    ("settled.height.mean_surface", "mean surface"),
-    ("settled.height.highest_grain", "top of the highest grain"),
-    (
-        "settled.height.twice_centre_of_mass",
-        "twice the centre of mass",
-    ),
-];
+/// Measured quantities with their words.
+type Definitions<const N: usize> = LazyLock<[(&'static str, &'static str); N]>;
 
-/// Definitions of a bed's porosity, the first three by the heights above.
-pub const POROSITIES: [(&str, &str); 5] = [
-    (
-        "settled.porosity.from_mean_surface",
-        "from the mean surface",
-    ),
-    (
-        "settled.porosity.from_highest_grain",
-        "from the highest grain",
-    ),
-    (
-        "settled.porosity.from_twice_centre_of_mass",
-        "from twice the centre of mass",
-    ),
-    (
-        "settled.porosity.in_window",
-        "in a window away from the walls",
-    ),
-    (
-        "settled.porosity.of_cells",
-        "of the cells of whole grains in that window",
-    ),
-];
+/// Definitions of a bed's height, and of its porosity, the first three by these heights: `heights.json` and `porosities.json`,
+/// read. The paper does not say which are its own.
+pub static HEIGHTS: Definitions<3> = LazyLock::new(|| pairs(include_str!("heights.json")));
+pub static POROSITIES: Definitions<5> = LazyLock::new(|| pairs(include_str!("porosities.json")));
+
+fn pairs<T: Deserialize<'static>>(text: &'static str) -> T {
+    serde_json::from_str(text).expect("it is a list of keys and words")
+}
 
 const TENTH: &str = "a tenth: the paper says that the means correspond and prints two digits; the three points differ by \
                      factors of two";
@@ -232,25 +142,28 @@ pub const E_TO_MINUS_2: f64 = 0.135_335_283_236_612_7;
 
 /// The figures of the simulations that depend on their open choices: the reference of the claims and of the candidates.
 pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
-    let of_bed = |id: &str, title: &str, key: &str, value, unit| Published {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        place: BED,
-        key: key.to_owned(),
-        statistic: Of::Mean,
-        value,
-        tolerance: SCATTER,
-        unit,
-        reason: "printed",
+    let of_bed = |id: &str, title: &str, key: &str| {
+        let printed = printed(&format!("bed/{id}")).expect("it is printed");
+        Published {
+            id: id.to_owned(),
+            title: title.to_owned(),
+            place: printed.place,
+            key: key.to_owned(),
+            statistic: Of::Mean,
+            value: printed.value,
+            tolerance: printed.rounding,
+            unit: printed.unit,
+            reason: "printed",
+        }
     };
     let of_stress = |id: &str, title: &str, kind| {
         let values = match kind {
-            Of::Mean => STRESSES,
+            Of::Mean => POINTS.map(|point| value(&format!("table-4/stress/{point}"))),
             Of::Variation => [1.0; 3],
             Of::ShareAbove(_) => [E_TO_MINUS_2; 3],
         };
         let (place, what, unit, reason) = match kind {
-            Of::Mean => (T4, "local_zz", "Pa", TENTH),
+            Of::Mean => ("Table 4", "local_zz", "Pa", TENTH),
             _ => ("section 4.2, Figure 5", "grain_zz", "1", SPREAD),
         };
         let all = POINTS.iter().zip(values);
@@ -273,8 +186,8 @@ pub static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
     );
     let variation = "coefficient of variation of Σ_zz";
     [
-        vec![of_bed("height", height, HEIGHTS[0].0, HEIGHT, "m")],
-        vec![of_bed("porosity", porosity, POROSITIES[0].0, POROSITY, "1")],
+        vec![of_bed("height", height, HEIGHTS[0].0)],
+        vec![of_bed("porosity", porosity, POROSITIES[0].0)],
         of_stress("stress", "mean σ_zz", Of::Mean),
         of_stress("variation", variation, Of::Variation),
         of_stress("beyond", "share above twice the mean", Of::ShareAbove(2)),

@@ -234,7 +234,7 @@ fn weight() -> f64 {
     const HEIGHTS: u32 = 1000;
     let solid = mean_solid_area();
     // A disc has the cell s·(√3/2)s.
-    let spacing = (solid / (1.0 - POROSITY) * 2.0 / 3f64.sqrt()).sqrt();
+    let spacing = (solid / (1.0 - *POROSITY) * 2.0 / 3f64.sqrt()).sqrt();
     let row_height = 0.5 * 3f64.sqrt() * spacing;
     let weight_of_row = DENSITY * GRAVITY * solid / spacing;
     let mut rows = 0;
@@ -251,7 +251,7 @@ fn weight() -> f64 {
 fn equation_3_as_printed(offset: f64) -> f64 {
     let angle = |edge: f64| ((edge - offset) / DEPTH).atan();
     let (one, two) = (angle(-HALF_WIDTH), angle(HALF_WIDTH));
-    PRESSURE / PI * ((one - two) + one.sin() * two.cos() - two.sin() * one.cos())
+    *PRESSURE / PI * ((one - two) + one.sin() * two.cos() - two.sin() * one.cos())
 }
 
 /// A control point's row of Table 4 before rounding: two digits of 0.0945 J are 0.09.
@@ -259,10 +259,10 @@ pub fn unrounded(point: &str) -> Option<Parts> {
     let at = POINTS.iter().position(|name| *name == point)?;
     let (weight, load) = (
         weight(),
-        strip_load(PRESSURE, HALF_WIDTH, OFFSETS[at], DEPTH),
+        strip_load(*PRESSURE, HALF_WIDTH, OFFSETS[at], DEPTH),
     );
     let stress = weight + load;
-    let extensive = stress * CONTROL_VOLUME;
+    let extensive = stress * *CONTROL_VOLUME;
     Some(Parts {
         weight,
         load,
@@ -277,7 +277,7 @@ pub fn of_continuum() -> Vec<Number> {
     let weight = weight();
     let as_printed_is = [-11_252.479, -7_542.719_4, -4_068.340_1];
     for ((point, offset), known) in POINTS.into_iter().zip(OFFSETS).zip(as_printed_is) {
-        let load = strip_load(PRESSURE, HALF_WIDTH, offset, DEPTH);
+        let load = strip_load(*PRESSURE, HALF_WIDTH, offset, DEPTH);
         let both = "weighed discs plus Flamant's integral";
         let number = |column: &str, what: &str, value: f64, how: &str| {
             let id = format!("table-4/{column}/{point}");
@@ -310,11 +310,11 @@ pub fn of_continuum() -> Vec<Number> {
             number("weight", "σ_g,zz", weight, weighing),
             number("load", "σ_p,zz", load, integrating),
             sum,
-            number("extensive", "Σ_zz", (weight + load) * CONTROL_VOLUME, both),
+            number("extensive", "Σ_zz", (weight + load) * *CONTROL_VOLUME, both),
             as_printed.known(known, &misprint),
         ]);
     }
-    let force = integrate(-HALF_WIDTH, HALF_WIDTH, 1, |_| PRESSURE);
+    let force = integrate(-HALF_WIDTH, HALF_WIDTH, 1, |_| *PRESSURE);
     let how = "the load integrated over the strip";
     let force = Number::of("load/force", "force 2ap on the punch", force, how);
     let square = integrate(-0.0025, 0.0025, 1, |_| 0.005);
@@ -323,7 +323,7 @@ pub fn of_continuum() -> Vec<Number> {
         "V_c, a square of side R and 1 m deep",
     );
     let square = Number::of(id, what, square, "area of the square");
-    let share = CONTROL_VOLUME / (mean_solid_area() / (1.0 - POROSITY));
+    let share = *CONTROL_VOLUME / (mean_solid_area() / (1.0 - *POROSITY));
     let (id, what) = (
         "section-5/control-volume",
         "V_c over the mean cell of a grain",
@@ -357,9 +357,9 @@ pub fn of_bed() -> Vec<Number> {
         ..number("bed/porosity", what, porosity_at(0.47))
     };
     let what = "porosity n at the published height H = 0.46 m";
-    let porosity = number("bed/porosity", what, porosity_at(HEIGHT));
+    let porosity = number("bed/porosity", what, porosity_at(*HEIGHT));
     let what = "height H at the published porosity n = 0.17";
-    let height = number("bed/height", what, solid / (1.0 - POROSITY));
+    let height = number("bed/height", what, solid / (1.0 - *POROSITY));
     vec![
         porosity.known(
             0.145_594_93,

@@ -24,16 +24,11 @@ const LINE: f64 = 22.0;
 /// The line between tension and compression.
 const ZERO: &str = "fill=\"none\" stroke=\"#fff\" stroke-width=\"1.3\"";
 
-/// The field inside the disc of the paper's Figure 4.
+/// The field inside the disc of the paper's Figure 4: σ_zz, Pa with compression positive, as a map with the forces on the rim and
+/// the control square of side R; and along the axes through the centre beside its averages over disc, control square and cell of
+/// side 2R.
 pub fn of_figure_4() -> Section {
-    let (map, profiles) = inside_a_disc("figure-4", &figure_4());
-    let section = Section::new("The field of Figure 4's disc", "");
-    section.with(map).with(profiles)
-}
-
-/// σ_zz of the field, Pa with compression positive, as a map with the forces on the rim and the control square of side R; and
-/// along the axes through the centre beside its averages over disc, control square and cell of side 2R, as in Figure 4.
-pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
+    let field = &figure_4();
     let scale = Scale::of(field);
     let [left, top] = on_map([-0.5, 0.5]);
     let parts = [
@@ -48,7 +43,7 @@ pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
         map_key(field, &scale),
     ];
     let radius = field.radius();
-    let table = Table::of(name, "", within_the_disc())
+    let table = Table::of("figure-4", "", within_the_disc())
         .column("kind", |_| "map")
         .column("x, m", |[x, _]| radius * x)
         .column("z, m", |[_, z]| radius * z)
@@ -62,17 +57,17 @@ pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
         ),
         table: table.into(),
     };
-    let profiles = profiles(&format!("{name}-profiles"), field, &scale);
-    (drawing, profiles)
+    let section = Section::new("The field of Figure 4's disc", "");
+    section.with(drawing).with(profiles(field, &scale))
 }
 
 /// Along both axes, within the scale of the map, and averages.
-fn profiles(name: &str, field: &DiscField, scale: &Scale) -> Plot {
+fn profiles(field: &DiscField, scale: &Scale) -> Plot {
     let radius = field.radius();
     let caption = "σ_zz along the axes through the centre, and its averages";
     let x = document::Axis::linear("distance from the centre, m");
     let y = document::Axis::linear("σ_zz, Pa").within(scale.low(), scale.high());
-    let mut plot = Plot::new(name, caption, x, y);
+    let mut plot = Plot::new("figure-4-profiles", caption, x, y);
     let lines = [
         ("along the vertical axis", Colour::Blue),
         ("along the horizontal axis", Colour::Vermilion),
@@ -136,21 +131,15 @@ fn on_map([x, z]: [f64; 2]) -> [f64; 2] {
     [CENTRE[0] + DISC * x, CENTRE[1] - DISC * z]
 }
 
-/// Hatchings for what is below and above the scale, and the edges that cut map and curves.
+/// The hatching for what is above the scale, and the edge that cuts the map.
 fn definitions() -> String {
-    let hatch = |name: &str, colour: &str| {
-        format!(
-            "<pattern id=\"disc-field-{name}\" width=\"6\" height=\"6\" \
-             patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\">\
-             <path d=\"M3 0V6\" stroke=\"{colour}\" stroke-width=\"2\"/></pattern>"
-        )
-    };
     let [x, y] = CENTRE;
     format!(
-        "<defs>{}{}<clipPath id=\"disc-field-disc\"><circle cx=\"{x}\" cy=\"{y}\" r=\"{DISC}\"/>\
-         </clipPath></defs>\n",
-        hatch("below", "#fff"),
-        hatch("above", "#1b1b1b")
+        "<defs><pattern id=\"disc-field-above\" width=\"6\" height=\"6\" \
+         patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\">\
+         <path d=\"M3 0V6\" stroke=\"#1b1b1b\" stroke-width=\"2\"/></pattern>\
+         <clipPath id=\"disc-field-disc\"><circle cx=\"{x}\" cy=\"{y}\" r=\"{DISC}\"/>\
+         </clipPath></defs>\n"
     )
 }
 
@@ -163,7 +152,6 @@ fn map(field: &DiscField, scale: &Scale) -> String {
         compression(field, [shrink * x, shrink * z])
     };
     let grid = Grid::new(NODES, value);
-    let lower = Grid::new(NODES, |column, row| -value(column, row));
     let [x, y] = CENTRE;
     let mut svg = text(
         [x, 24.0],
@@ -178,16 +166,8 @@ fn map(field: &DiscField, scale: &Scale) -> String {
     for band in 1..scale.bands {
         svg += &filled(&path(&grid, scale.level(band)), &scale.colour(band));
     }
-    let [below, above] = scale.beyond;
-    if above {
-        svg += &filled(&path(&grid, scale.high()), "url(#disc-field-above)");
-    }
-    if below {
-        svg += &filled(&path(&lower, -scale.low()), "url(#disc-field-below)");
-    }
-    if scale.has_tension() {
-        let _ = writeln!(svg, "<path {ZERO} d=\"{}\"/>", path(&grid, 0.0));
-    }
+    svg += &filled(&path(&grid, scale.high()), "url(#disc-field-above)");
+    let _ = writeln!(svg, "<path {ZERO} d=\"{}\"/>", path(&grid, 0.0));
     let _ = writeln!(
         svg,
         "</g><circle cx=\"{x}\" cy=\"{y}\" r=\"{DISC}\" fill=\"none\" stroke=\"#1b1b1b\"/>"
@@ -221,19 +201,19 @@ fn outlined(shape: &str) -> String {
 fn map_key(field: &DiscField, scale: &Scale) -> String {
     let square = outlined("<rect y=\"-11\" width=\"22\" height=\"12\"");
     let arrow = arrow([[0.0, -4.5], [22.0, -4.5]]);
-    let mut entries = vec![
+    let zero = format!(
+        "<rect y=\"-11\" width=\"22\" height=\"12\" fill=\"{}\"/><path {ZERO} d=\"M0 -5h22\"/>",
+        scale.colour(0)
+    );
+    let entries = [
         (square, "control square, side R".to_owned()),
         (arrow, "forces on the disc, N/m".to_owned()),
+        (zero, "σ_zz = 0; tension is negative".to_owned()),
+        (
+            String::new(),
+            format!("R = {} m", printed(field.radius(), 4)),
+        ),
     ];
-    if scale.has_tension() {
-        let line = format!(
-            "<rect y=\"-11\" width=\"22\" height=\"12\" fill=\"{}\"/><path {ZERO} d=\"M0 -5h22\"/>",
-            scale.colour(0)
-        );
-        entries.push((line, "σ_zz = 0; tension is negative".to_owned()));
-    }
-    let radius = format!("R = {} m", printed(field.radius(), 4));
-    entries.push((String::new(), radius));
     // One below the other.
     key([KEY, KEY + 1.0], 376.0, &entries).0
 }
@@ -241,37 +221,29 @@ fn map_key(field: &DiscField, scale: &Scale) -> String {
 /// Length of the arrow of the strongest force.
 const ARROW: f64 = 46.0;
 
-/// The forces on the rim, from outside, as long as they are strong, with their sizes.
+/// The pushes on the rim, from outside, as long as they are strong, with their sizes.
 fn arrows(field: &DiscField) -> String {
     let size = |force: &PointForce| force.force[0].hypot(force.force[1]);
     let forces = field.forces().iter();
     let largest = forces.clone().map(size).fold(0.0, f64::max);
-    forces
-        .filter(|force| size(force) > 1e-6 * largest)
-        .map(|force| force_arrow(field, force, size(force), largest))
-        .collect()
-}
-
-/// A push ends at the rim and a pull begins there.
-fn force_arrow(field: &DiscField, force: &PointForce, size: f64, largest: f64) -> String {
-    let point: [f64; 2] = (force.point / field.radius()).into();
-    let pushes = force.force[0] * point[0] + force.force[1] * point[1] <= 0.0;
-    let sign = if pushes { -1.0 } else { 1.0 };
-    // Upwards on the picture is down its coordinate.
-    let away = [sign * force.force[0] / size, -sign * force.force[1] / size];
-    let length = (ARROW * size / largest).max(16.0);
-    let [near, far, label] = [2.0, 2.0 + length, 10.0 + length].map(|distance| {
-        let [x, y] = on_map(point);
-        [x + distance * away[0], y + distance * away[1]]
+    let arrows = forces.map(|force| {
+        let (point, size): ([f64; 2], f64) = ((force.point / field.radius()).into(), size(force));
+        // Upwards on the picture is down its coordinate.
+        let away = [-force.force[0] / size, force.force[1] / size];
+        let length = (ARROW * size / largest).max(16.0);
+        let [near, far, label] = [2.0, 2.0 + length, 10.0 + length].map(|distance| {
+            let [x, y] = on_map(point);
+            [x + distance * away[0], y + distance * away[1]]
+        });
+        let anchor = match away[0] {
+            x if x > 0.4 => "start",
+            x if x < -0.4 => "end",
+            _ => "middle",
+        };
+        let middle = [label[0], label[1] + 4.5 + 5.0 * away[1]];
+        arrow([far, near]) + &text(middle, anchor, &printed(size, 3))
     });
-    let line = if pushes { [far, near] } else { [near, far] };
-    let anchor = match away[0] {
-        x if x > 0.4 => "start",
-        x if x < -0.4 => "end",
-        _ => "middle",
-    };
-    let middle = [label[0], label[1] + 4.5 + 5.0 * away[1]];
-    arrow(line) + &text(middle, anchor, &printed(size, 3))
+    arrows.collect()
 }
 
 /// A line with a head at its end.
@@ -306,12 +278,10 @@ struct Scale {
     step: f64,
     /// How many.
     bands: u32,
-    /// Whether the field goes below and above the scale.
-    beyond: [bool; 2],
 }
 
 impl Scale {
-    /// From the least to the largest value, but not to outliers: near a force there is no largest.
+    /// From the least value, but not to the largest: near a force there is none.
     fn of(field: &DiscField) -> Self {
         let map = within_the_disc().map(|point| compression(field, point));
         let axes = AXES.into_iter().flat_map(|axis| profile(field, axis));
@@ -319,20 +289,18 @@ impl Scale {
         let mut values: Vec<f64> = all.filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
-        let (low, quarter, three_quarters, high) = (at(0.0), at(0.25), at(0.75), at(1.0));
+        let (quarter, three_quarters) = (at(0.25), at(0.75));
         let fence = FENCE * (three_quarters - quarter);
-        let inner = [low.max(quarter - fence), high.min(three_quarters + fence)];
+        let inner = [
+            at(0.0).max(quarter - fence),
+            at(1.0).min(three_quarters + fence),
+        ];
         let step = round_step((inner[1] - inner[0]) / BANDS);
         // Without noise where the least value is the rounding of a zero.
         let first = (inner[0] / step + 1e-6).floor();
         let last = (inner[1] / step - 1e-6).ceil().max(first + 1.0);
-        let beyond = [low < step * (first - 1e-6), high > step * (last + 1e-6)];
-        Scale {
-            first,
-            step,
-            bands: (last - first) as u32,
-            beyond,
-        }
+        let bands = (last - first) as u32;
+        Scale { first, step, bands }
     }
 
     /// Lower end of a band, Pa.
@@ -348,11 +316,6 @@ impl Scale {
     /// Upper end of the scale, Pa.
     fn high(&self) -> f64 {
         self.level(self.bands)
-    }
-
-    /// Whether zero parts tension from compression.
-    fn has_tension(&self) -> bool {
-        self.first < 0.0 && self.high() > 0.0
     }
 
     /// Of a band.
@@ -385,18 +348,10 @@ fn colour_bar(scale: &Scale) -> String {
         let _ = write!(svg, "<path stroke=\"{INK}\" d=\"M{right:.1} {y:.1}h5\"/>");
         svg += &text([right + 9.0, y + 4.5], "start", &label);
     }
-    let last = scale.bands - 1;
-    let ends = [
-        (top + height + 10.0, 0, "below", "less: clipped"),
-        (top - 26.0, last, "above", "more: clipped"),
-    ];
-    for ((y, band, name, label), beyond) in ends.into_iter().zip(scale.beyond) {
-        if beyond {
-            svg += &bar_part(y, 16.0, &scale.colour(band));
-            svg += &bar_part(y, 16.0, &format!("url(#disc-field-{name})"));
-            svg += &text([left + width + 9.0, y + 12.5], "start", label);
-        }
-    }
+    let (y, last) = (top - 26.0, scale.colour(scale.bands - 1));
+    svg += &bar_part(y, 16.0, &last);
+    svg += &bar_part(y, 16.0, "url(#disc-field-above)");
+    svg += &text([left + width + 9.0, y + 12.5], "start", "more: clipped");
     svg
 }
 
@@ -409,61 +364,28 @@ fn bar_part(y: f64, height: f64, fill: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::paper::disc_field::RimForce;
+    use super::of_figure_4;
+    use crate::document::Block;
 
-    /// A disc on two others and under two, with friction.
-    fn a_grain() -> DiscField {
-        let force = |angle, radial, tangential| RimForce {
-            angle,
-            radial,
-            tangential,
+    #[test]
+    fn every_number_draws_the_averages_stand_beside_the_curves_and_the_picture_is_small() {
+        let section = of_figure_4();
+        let [Block::Drawing(map), Block::Plot(profiles)] = &section.blocks[..] else {
+            panic!("a map and its profiles");
         };
-        let half = [(4.0, -3.0, 0.4), (5.4, -2.0, -0.4), (1.2, -0.6, 0.0)];
-        let other = |angle: f64| angle + std::f64::consts::PI;
-        let both = half.map(|(a, r, t)| [force(a, r, t), force(other(a), r, t)]);
-        let forces = both.concat();
-        DiscField::new(0.5, &forces).expect("each force has its opposite")
-    }
-
-    fn no_forces() -> DiscField {
-        DiscField::new(0.5, &[]).expect("balances")
-    }
-
-    #[test]
-    fn every_number_draws_and_the_picture_is_small() {
-        for field in [figure_4(), a_grain(), no_forces()] {
-            let (drawing, plot) = inside_a_disc("disc", &field);
-            let svg = drawing.svg + &crate::report::svg(&plot);
-            for wrong in ["NaN", "inf", "-0.0 ", "−0<"] {
-                assert!(!svg.contains(wrong), "{wrong}");
-            }
-            assert!(svg.len() < 400_000, "{}", svg.len());
-            assert_eq!(svg.matches("<svg").count(), svg.matches("</svg>").count());
-        }
-    }
-
-    #[test]
-    fn the_averages_stand_beside_the_curves() {
-        let (_, plot) = inside_a_disc("disc", &figure_4());
-        let svg = crate::report::svg(&plot);
+        let profiles = crate::report::svg(profiles);
         for label in [
             "disc: 0.6366",
             "control square: 0.7189",
             "cell of side 2R: 0.5<",
         ] {
-            assert!(svg.contains(label), "{label}");
+            assert!(profiles.contains(label), "{label}");
         }
-    }
-
-    #[test]
-    fn only_what_is_clipped_is_hatched() {
-        let hatched = |field: &DiscField, name: &str| {
-            let svg = inside_a_disc("disc", field).0.svg;
-            svg.contains(&format!("fill=\"url(#disc-field-{name})\""))
-        };
-        assert!(hatched(&figure_4(), "above"));
-        assert!(!hatched(&figure_4(), "below"));
-        assert!(!hatched(&no_forces(), "above") && !hatched(&no_forces(), "below"));
+        let svg = map.svg.clone() + &profiles;
+        for wrong in ["NaN", "inf", "-0.0 ", "−0<"] {
+            assert!(!svg.contains(wrong), "{wrong}");
+        }
+        assert!(svg.len() < 400_000, "{}", svg.len());
+        assert_eq!(svg.matches("<svg").count(), svg.matches("</svg>").count());
     }
 }

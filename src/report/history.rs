@@ -1,17 +1,13 @@
 //! Records kept over time, as a page: what changed in which record, and a small chart of each quantity that did.
 
-use super::svg::{INK, LETTER, Scale, line, printed, text, whole};
+use crate::checks::Check;
 use crate::checks::record::Record;
-use crate::checks::{Check, verdict};
 use crate::compare::baseline::diff::{Change, Changed, Pace};
 use crate::compare::baseline::history::{History, Series, Value};
-use crate::document::{Cell, Colour, Document, Drawing, Section, Table, rounded};
+use crate::document::{
+    Axis, Cell, Colour, Document, Plot, Point, Section, Shape, Style, Table, rounded,
+};
 
-/// A chart and the room around it.
-const PANEL: [f64; 2] = [300.0, 84.0];
-const ROOM: [f64; 2] = [24.0, 56.0];
-const LEFT: f64 = 76.0;
-const ACROSS: usize = 2;
 /// Charts that are drawn at most; the speeds come first, then what came to another outcome.
 const MOST: usize = 24;
 
@@ -70,20 +66,25 @@ impl History {
         let words = if tables.is_empty() { "Nothing." } else { "" };
         let mut sections = vec![Section::new("What changed", words).with_all(tables)];
         if !self.series.is_empty() {
-            let more = self.series.len().saturating_sub(MOST);
-            let words = match more {
-                0 => String::new(),
-                more => format!("{more} more are in the file of numbers."),
-            };
-            sections.push(Section::new("Over time", words).with(self.charts()));
+            let mut words = "A ring where it changed; limits of checks are dashed, bars go from the least to the largest of a speed's rounds."
+                .to_owned();
+            if let more @ 1.. = self.series.len().saturating_sub(MOST) {
+                words += &format!(" {more} more are in the table of all.");
+            }
+            let charts = self
+                .series
+                .iter()
+                .take(MOST)
+                .map(|series| self.chart(series));
+            sections.extend([
+                Section::new("Over time", words).with_all(charts),
+                Section::new("Every value", "")
+                    .with(self.values())
+                    .as_details(),
+            ]);
         }
-        Document {
-            title: format!("History of {}", newest.job),
-            verdict: verdict(&checks_now),
-            answer: self.answer(),
-            sections,
-            checks: checks_now,
-        }
+        let title = format!("History of {}", newest.job);
+        Document::new(title, self.answer(), checks_now).with(sections)
     }
 
     fn answer(&self) -> String {
@@ -104,123 +105,63 @@ impl History {
         )
     }
 
-    fn charts(&self) -> Drawing {
+    /// Every value of every quantity.
+    fn values(&self) -> Table {
         let values = self.series.iter().flat_map(|series| {
             let values = series.values.iter().enumerate();
             values.filter_map(move |(at, value)| Some((series, at, value.as_ref()?)))
         });
-        let changed = |series: &Series, at: usize| {
-            if series.changed.contains(&at) {
-                "yes"
-            } else {
-                ""
-            }
-        };
-        let table = Table::of("history", "", values)
+        let changed = |series: &Series, at: usize| series.changed.contains(&at).then_some("yes");
+        Table::of("every-value", "Every quantity in every record", values)
             .column("quantity", |(series, ..)| &series.name)
             .column("record", |(_, at, _)| Cell::Code(self.names[at].clone()))
             .column("value", |(.., value)| value.value)
             .column("from", |(.., value)| value.between[0])
             .column("to", |(.., value)| value.between[1])
-            .column("changed", |(series, at, _)| changed(series, at));
-        let mut svg = String::new();
-        let mut below = 0.0;
-        for (index, series) in self.series.iter().take(MOST).enumerate() {
-            let [column, row] = [index % ACROSS, index / ACROSS].map(|number| number as f64);
-            let left = LEFT + column * (PANEL[0] + LEFT + ROOM[0]);
-            let top = 30.0 + row * (PANEL[1] + ROOM[1]);
-            svg += &self.chart(series, [left, top]);
-            below = top + PANEL[1] + 26.0;
-        }
-        let width = (PANEL[0] + LEFT + ROOM[0]) * ACROSS as f64;
-        Drawing {
-            caption: "Each quantity through the records: a ring where it changed; limits of checks are dashed, bars go from the \
-                      least to the largest of a speed's rounds"
-                .to_owned(),
-            svg: whole([width, below], "Quantities through the records", &svg),
-            table: table.into(),
-        }
+            .column("changed", |(series, at, _)| changed(series, at))
+            .into()
     }
 
-    fn chart(&self, series: &Series, [left, top]: [f64; 2]) -> String {
-        let numbers = series.values.iter().flatten();
-        let numbers =
-            numbers.flat_map(|value| [Some(value.value), value.between[0], value.between[1]]);
-        let finite = numbers.flatten().filter(|number| number.is_finite());
-        let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], number| {
-            [low.min(number), high.max(number)]
-        });
-        let ends = match ends {
-            [low, high] if low < high => ends,
-            [low, _] if low.is_finite() => [low - 1.0, low + 1.0],
-            _ => [0.0, 1.0],
+    /// A quantity through the records. The names of the first record and of the last change stand below: more find no room.
+    fn chart(&self, series: &Series) -> Plot {
+        let changed = series.changed.last().copied().filter(|at| *at > 0);
+        let named = [Some(0), changed].into_iter().flatten();
+        let last = (self.names.len() - 1) as f64;
+        let x = Axis {
+            ticks: named
+                .map(|at| (at as f64, short(&self.names[at])))
+                .collect(),
+            ..Axis::linear("").within(-0.02 * last, 1.02 * last)
         };
-        let last = (self.names.len() - 1).max(1) as f64;
-        let x = Scale::linear([0.0, last], [left + 8.0, left + PANEL[0] - 8.0]);
-        let y = Scale::linear(ends, [top + PANEL[1] - 8.0, top + 8.0]);
-        let [grey, blue, red] = [Colour::Grey, Colour::Blue, Colour::Vermilion].map(Colour::hex);
-        let mut svg = format!(
-            "<rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"{INK}\"/>",
-            PANEL[0], PANEL[1]
-        );
-        let fits = (PANEL[0] / LETTER) as usize;
-        let unit = if series.unit.is_empty() { "" } else { ", " };
-        let words = format!("{}{unit}{}", series.name, series.unit);
-        let letters = words.chars().count();
-        // Ids differ in their last words.
-        let title = match letters.checked_sub(fits) {
-            None | Some(0) => words,
-            Some(more) => format!("…{}", words.chars().skip(more + 1).collect::<String>()),
-        };
-        svg += &text([left, top - 8.0], "start", &title);
         let made = || {
             let values = series.values.iter().enumerate();
-            values.filter_map(|(at, entry)| entry.map(|value| (at as f64, value)))
+            values.filter_map(|(at, value)| Some((at, (*value)?)))
         };
-        let shown = || made().filter(|(_, value)| value.value.is_finite());
-        for side in [0, 1] {
-            let limit = |(at, value): (f64, Value)| {
-                let end = value.between[side].filter(|end| end.is_finite())?;
-                Some([x.place(at), y.place(end)])
-            };
-            if !series.is_speed {
-                let path = line(made().filter_map(limit));
-                svg += &format!(
-                    "<path fill=\"none\" stroke=\"{grey}\" stroke-dasharray=\"6 4\" d=\"{path}\"/>"
-                );
+        let point = |(at, value): (usize, Value)| {
+            let point = Point::at(at as f64, value.value);
+            match value.between {
+                [Some(from), Some(to)] if series.is_speed => point.between(from, to),
+                _ => point,
             }
-        }
-        let path = line(shown().map(|(at, value)| [x.place(at), y.place(value.value)]));
-        svg +=
-            &format!("<path fill=\"none\" stroke=\"{blue}\" stroke-width=\"1.8\" d=\"{path}\"/>");
-        for (at, value) in shown() {
-            let [from, to] = value.between.map(|end| end.map(|number| y.place(number)));
-            let at_x = x.place(at);
-            if let (true, Some(from), Some(to)) = (series.is_speed, from, to) {
-                svg += &format!("<path stroke=\"{blue}\" d=\"M{at_x:.1} {from:.1}V{to:.1}\"/>");
-            }
-            let at_y = y.place(value.value);
-            let ring = match series.changed.contains(&(at as usize)) {
-                true => format!("r=\"5\" fill=\"#fff\" stroke=\"{red}\" stroke-width=\"2\""),
-                false => format!("r=\"2.2\" fill=\"{blue}\""),
-            };
-            svg += &format!("<circle cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" {ring}/>");
-        }
-        for end in ends {
-            svg += &text([left - 6.0, y.place(end) + 4.5], "end", &printed(end, 4));
-        }
-        let floor = top + PANEL[1] + 16.0;
-        // The names of the first record and of the last change: more find no room.
-        svg += &text([left, floor], "start", &short(&self.names[0]));
-        if let Some(at) = series.changed.last().filter(|at| **at > 0) {
-            let place = x.place(*at as f64);
-            let (place, anchor) = match place > left + 0.7 * PANEL[0] {
-                true => (left + PANEL[0], "end"),
-                false => (place.max(left + 0.5 * PANEL[0]), "middle"),
-            };
-            svg += &text([place, floor], anchor, &short(&self.names[*at]));
-        }
-        svg
+        };
+        let plot = Plot::new("history", &series.name, x, Axis::linear(&series.unit));
+        let limits = [0, 1].map(|side| {
+            let limit = |(at, value): (usize, Value)| Some([at as f64, value.between[side]?]);
+            made().filter_map(limit).collect::<Vec<_>>()
+        });
+        let limits = limits.into_iter();
+        let limits = limits.filter(|points| !series.is_speed && !points.is_empty());
+        let plot = limits.fold(plot, |plot, points| {
+            let dashed = true;
+            plot.with("limits", Colour::Grey, Shape::Line { dashed, points })
+        });
+        let (rings, dots): (Vec<_>, Vec<_>) =
+            made().partition(|(at, _)| series.changed.contains(at));
+        let line = made().map(|(at, value)| [at as f64, value.value]);
+        let rings = rings.into_iter().map(point);
+        plot.line("", Colour::Blue, line)
+            .points("", Colour::Blue, dots.into_iter().map(point))
+            .group("changed", Colour::Vermilion, Style::Hollow, rings)
     }
 }
 

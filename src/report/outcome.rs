@@ -187,15 +187,10 @@ pub fn document(run: &RunFolder, share: Option<f64>) -> Document {
         ));
     }
     let course = course.with(energy.line("", Colour::Blue, settling));
-    Document {
-        title: format!("A run of {}: {}", run.record.engine.label(), run.scene.name),
-        verdict: Outcome::pass_if(checks.is_empty()),
-        answer: answer(run, share),
-        sections: vec![
-            bed,
-            course.with(stages),
-            Section::new("Measures", "").with(heights).as_details(),
-        ],
-        checks,
-    }
+    let title = format!("A run of {}: {}", run.record.engine.label(), run.scene.name);
+    Document::new(title, answer(run, share), checks).with([
+        bed,
+        course.with(stages),
+        Section::new("Measures", "").with(heights).as_details(),
+    ])
 }

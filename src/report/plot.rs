@@ -160,15 +160,10 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
         }
     }
     let points = || plot.marks.iter().filter_map(Mark::points).flatten();
-    let mut ranges = [
+    [
         range(&plot.x, &xs, points().any(|point| point.x == 0.0)),
         range(&plot.y, &ys, points().any(|point| point.y == 0.0)),
-    ];
-    if !plot.x.categories.is_empty() && downwards {
-        // Words in the last place of a map stand on its right as all others do.
-        ranges[0][1] += 0.5;
-    }
-    ranges
+    ]
 }
 
 /// With `points_at_zero` there is room beyond it, so that no border cuts them.
@@ -269,14 +264,13 @@ fn circle(
     format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" {style}>{title}</circle>")
 }
 
-/// Words that look for a place.
+/// The name of a point.
 struct Label {
     words: String,
     colour: Colour,
-    /// Where they would stand, the best first.
-    places: Vec<Place>,
-    /// They may stand far from it, at the end of a line.
-    point: Option<[f64; 2]>,
+    /// Of the point, and how far up its bar goes.
+    point: [f64; 2],
+    highest: f64,
 }
 
 /// A plot in the making.
@@ -339,11 +333,7 @@ impl Drawing<'_> {
                     );
                 }
                 Shape::Band(points) => {
-                    let least = match plot.y.logarithmic {
-                        true => 1e-3 * self.y.values[0],
-                        false => f64::NEG_INFINITY,
-                    };
-                    let lower = points.iter().rev().map(|[x, low, _]| [*x, low.max(least)]);
+                    let lower = points.iter().rev().map(|[x, low, _]| [*x, *low]);
                     let around = points.iter().map(|[x, _, high]| [*x, *high]).chain(lower);
                     let shown = around.filter(|point| self.shown(*point));
                     let path = line(shown.map(|point| self.place(point)));
@@ -352,12 +342,7 @@ impl Drawing<'_> {
                     );
                 }
                 Shape::Bars(bars) => {
-                    let floor = if plot.y.logarithmic {
-                        self.y.values[0]
-                    } else {
-                        0.0
-                    };
-                    let floor = self.y.place(floor);
+                    let floor = self.y.place(0.0);
                     let is_finite = |bar: &&[f64; 3]| bar.iter().all(|value| value.is_finite());
                     for [from, to, height] in bars.iter().filter(is_finite) {
                         let [left, right] = [from, to].map(|value| self.x.place(*value));
@@ -432,13 +417,12 @@ impl Drawing<'_> {
     ) {
         let (downwards, hex) = (!self.plot.y.categories.is_empty(), colour.hex());
         let names = [self.plot.x.categories.len(), self.plot.y.categories.len()];
-        // In a map of two axes of names each point has its place for itself.
-        let apart = |named: usize, length: f64| match names {
-            [0, _] | [_, 0] if named > 0 => {
+        let apart = |named: usize, length: f64| match named {
+            0 => 0.0,
+            _ => {
                 (0.7 * length / (named * count) as f64).min(8.0)
                     * (series as f64 - 0.5 * (count as f64 - 1.0))
             }
-            _ => 0.0,
         };
         let shift = [apart(names[0], self.area[2]), apart(names[1], self.area[3])];
         let (radius, opacity) = match points.len() {
@@ -472,94 +456,42 @@ impl Drawing<'_> {
             self.marks += &circle([x, y], hex, style, radius, opacity, &point.label);
             self.taken.push([x - 4.0, y - 4.0, x + 4.0, y + 4.0]);
             if !point.label.is_empty() && style != Style::Pale {
-                let beside = [
-                    ([x + 7.0, y + 4.5], "start"),
-                    ([x - 7.0, y + 4.5], "end"),
-                    ([x, y - 7.0], "middle"),
-                    ([x, y + 17.0], "middle"),
-                    ([x + 6.0, y - 6.0], "start"),
-                    ([x - 6.0, y - 6.0], "end"),
-                    ([x + 6.0, y + 15.0], "start"),
-                    ([x - 6.0, y + 15.0], "end"),
-                ];
                 self.labels.push(Label {
                     words: point.label.clone(),
                     colour,
-                    places: beside.to_vec(),
-                    point: (names == [0, 0])
-                        .then_some([x, if self.plot.wide { highest } else { y }]),
+                    point: [x, y],
+                    highest,
                 });
             }
         }
     }
 
-    /// The words, where no other words, points and bars are. Where no axis is of names, a point's name that finds no room
-    /// beside it stands where there is some, at the end of a line from the point, which crosses no words if that can be.
+    /// The names beside their points, where no other words, points and bars are.
     fn labels(&mut self) -> String {
         if self.plot.wide {
             return self.flags();
         }
-        let [left, top, width, height] = self.area;
         let mut svg = String::new();
-        let mut written: Vec<[f64; 4]> = Vec::new();
-        let mut lines: Vec<[[f64; 2]; 2]> = Vec::new();
-        let mut far_off = Vec::new();
-        for name in std::mem::take(&mut self.labels) {
-            // In a map of names each has a place for itself, without room to spare.
-            let needed = if name.point.is_some() {
-                with_margin
-            } else {
-                room
-            };
-            let free = |place: &&Place| self.is_free(&needed(&name.words, place));
-            if let Some(place) = name.places.iter().find(free) {
-                let own = room(&name.words, place);
-                self.taken.push(own);
-                written.push(own);
-                svg += &label(name.colour, place.0, place.1, &name.words);
-            } else if let Some(point) = name.point {
-                far_off.push((name, point));
-            }
-        }
-        for (Label { words, colour, .. }, [x, y]) in far_off {
-            let rows = (0..=(height / 8.0) as u32).map(|row| top + 8.0 * f64::from(row));
-            let anywhere = rows.flat_map(|row| {
-                let columns = (0..=(width / 8.0) as u32).map(|at| left + 8.0 * f64::from(at));
-                columns.map(move |column| ([column, row], "start"))
-            });
-            // From the point to the nearest place of the words' edge.
-            let line_to = |own: &[f64; 4]| {
-                let end = [x.clamp(own[0], own[2]), y.clamp(own[1], own[3])];
-                [[x, y], end]
-            };
-            let length = |own: &[f64; 4]| {
-                let [from, to] = line_to(own);
-                (to[0] - from[0]).hypot(to[1] - from[1])
-            };
-            let is_clear = |own: &[f64; 4]| {
-                let to_it = line_to(own);
-                !written.iter().any(|other| cuts(to_it, other))
-                    && !lines
-                        .iter()
-                        .any(|line| cuts(*line, own) || cross(*line, to_it))
-            };
-            let order = |place: &Place| {
-                let own = room(&words, place);
-                (!is_clear(&own), length(&own))
-            };
-            let free = anywhere.filter(|place| self.is_free(&with_margin(&words, place)));
-            let best = free.min_by(|a, b| {
-                let [a, b] = [order(a), order(b)];
-                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-            });
-            if let Some(place) = best {
-                let own = room(&words, &place);
-                let to_it = line_to(&own);
-                let path = line(to_it.into_iter());
-                self.taken.push(own);
-                written.push(own);
-                lines.push(to_it);
-                svg += &format!("<path stroke=\"{}\" d=\"{path}\"/>", colour.hex());
+        for Label {
+            words,
+            colour,
+            point: [x, y],
+            ..
+        } in std::mem::take(&mut self.labels)
+        {
+            let places: [Place; 8] = [
+                ([x + 7.0, y + 4.5], "start"),
+                ([x - 7.0, y + 4.5], "end"),
+                ([x, y - 7.0], "middle"),
+                ([x, y + 17.0], "middle"),
+                ([x + 6.0, y - 6.0], "start"),
+                ([x - 6.0, y - 6.0], "end"),
+                ([x + 6.0, y + 15.0], "start"),
+                ([x - 6.0, y + 15.0], "end"),
+            ];
+            let free = |place: &Place| self.is_free(&room(&words, place));
+            if let Some(place) = places.into_iter().find(free) {
+                self.taken.push(room(&words, &place));
                 svg += &label(colour, place.0, place.1, &words);
             }
         }
@@ -571,10 +503,10 @@ impl Drawing<'_> {
     fn flags(&mut self) -> String {
         let [left, top, width, _] = self.area;
         let labels = std::mem::take(&mut self.labels).into_iter();
-        let labels = labels.filter_map(|name| {
-            let [x, y] = name.point?;
+        let labels = labels.map(|name| {
+            let x = name.point[0];
             let begins = x + LETTER * name.words.chars().count() as f64 <= left + width - 6.0;
-            Some((begins, if begins { x } else { -x }, [x, y], name))
+            (begins, if begins { x } else { -x }, [x, name.highest], name)
         });
         let mut labels: Vec<_> = labels.collect();
         labels.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -621,47 +553,6 @@ fn room(words: &str, ([x, y], anchor): &Place) -> [f64; 4] {
     [from, y - 11.0, from + length, y + 3.0]
 }
 
-/// The box with room before the words begin and after they end, so that no other point seems to be theirs.
-fn with_margin(words: &str, place: &Place) -> [f64; 4] {
-    let [from, top, to, floor] = room(words, place);
-    let [before, after] = match place.1 {
-        "start" => [0.0, 24.0],
-        "end" => [24.0, 0.0],
-        _ => [0.0, 0.0],
-    };
-    [from - before, top, to + after, floor]
-}
-
-/// Whether two straight lines cross.
-fn cross(one: [[f64; 2]; 2], other: [[f64; 2]; 2]) -> bool {
-    let side = |[from, to]: [[f64; 2]; 2], point: [f64; 2]| {
-        (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0]) > 0.0
-    };
-    let parts = |line, [a, b]: [[f64; 2]; 2]| side(line, a) != side(line, b);
-    parts(one, other) && parts(other, one)
-}
-
-/// Whether a straight line goes through a box.
-fn cuts([from, to]: [[f64; 2]; 2], area: &[f64; 4]) -> bool {
-    let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
-    for (axis, (low, high)) in [(area[0], area[2]), (area[1], area[3])]
-        .into_iter()
-        .enumerate()
-    {
-        let way = to[axis] - from[axis];
-        if way == 0.0 {
-            if from[axis] <= low || from[axis] >= high {
-                return false;
-            }
-            continue;
-        }
-        let [a, b] = [low, high].map(|end| (end - from[axis]) / way);
-        enters = enters.max(a.min(b));
-        leaves = leaves.min(a.max(b));
-    }
-    enters < leaves
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -693,8 +584,12 @@ mod tests {
         ];
         let [x, y] = [Axis::linear("depth, mm"), Axis::linear("force, N")];
         let linear = plot("linear", x, y)
-            .band("a band & <its> name", Colour::Sky, sine)
-            .bars("bars", Colour::Grey, steps)
+            .with(
+                "a band & <its> name",
+                Colour::Sky,
+                Shape::Band(sine.collect()),
+            )
+            .with("bars", Colour::Grey, Shape::Bars(steps.collect()))
             .line("a long name", Colour::Blue, curve(|x| 10.0 * x))
             .with("dashed", Colour::Vermilion, dashed)
             .points("points", Colour::Green, some)
@@ -712,7 +607,7 @@ mod tests {
         let [x, y] = ["step", "separation over R"].map(Axis::logarithmic);
         let powers = plot("powers", x, y)
             .line("grows", Colour::Blue, grows)
-            .band("between", Colour::Grey, between)
+            .with("between", Colour::Grey, Shape::Band(between.collect()))
             .points("zeros are left out", Colour::Vermilion, zero);
         let engines = || Axis::of_names("", ["native", "YADE, ordinary loop", "LIGGGHTS"]);
         let values = |factor: f64| {
@@ -755,13 +650,10 @@ mod tests {
     }
 
     #[test]
-    fn no_border_cuts_a_point_and_no_leader_crosses_another() {
+    fn no_border_cuts_a_point() {
         let x = Axis::linear("x");
         assert!(range(&x, &[0.0, 1.0], true)[0] < 0.0);
         assert_eq!(range(&x, &[0.0, 1.0], false)[0], 0.0);
-        let rising = [[0.0, 0.0], [2.0, 2.0]];
-        let [falling, beyond] = [[[0.0, 2.0], [2.0, 0.0]], [[3.0, 2.0], [5.0, 0.0]]];
-        assert!(cross(rising, falling) && !cross(rising, beyond));
     }
 
     #[test]
@@ -785,95 +677,17 @@ mod tests {
         assert!((apart([1.0, 1.0]) - ROW * 1.5).abs() < 0.2, "a row lower");
     }
 
-    /// How many of these points get their names.
-    fn named(x: Axis, y: Axis, points: &[[f64; 2]]) -> usize {
-        let crowded = y.categories.is_empty();
-        let labelled = |at: usize, [x, y]: [f64; 2]| Point {
-            interval: crowded.then_some([0.1 * y, 9.0 * y]),
-            ..Point::at(x, y).labelled(format!("no. {at:03}"))
-        };
-        let half = |remainder: usize| {
-            let all = points.iter().enumerate();
-            let half = all.filter(move |(at, _)| at % 2 == remainder);
-            half.map(|(at, point)| labelled(at, *point))
-        };
-        let plot = Plot::new("crowd", "", x, y)
-            .points("even", Colour::Blue, half(0))
-            .points("odd", Colour::Green, half(1));
-        let svg = svg(&plot);
-        let is_there = |at: &usize| svg.contains(&format!(">no. {at:03}</text>"));
-        (0..points.len()).filter(is_there).count()
-    }
-
     #[test]
-    fn each_point_of_a_crowd_and_of_a_map_has_its_name() {
-        let crowd: Vec<[f64; 2]> = (0..24).map(|i| [1.0 + 0.01 * f64::from(i), 2.0]).collect();
+    fn each_point_of_a_crowd_has_its_name_on_top_of_a_wide_drawing() {
+        let crowd = (0..24).map(|at| {
+            let point = Point::at(1.0 + 0.01 * f64::from(at), 2.0).between(0.2, 18.0);
+            point.labelled(format!("no. {at:03}"))
+        });
         let [x, y] = [Axis::logarithmic("s"), Axis::logarithmic("error")];
-        assert_eq!(named(x, y, &crowd), 24);
-        let names = |count: u32| (0..count).map(|at| at.to_string()).collect::<Vec<_>>();
-        let map: Vec<[f64; 2]> = (0..40)
-            .map(|i| [f64::from(i % 8), f64::from(i / 8)])
-            .collect();
-        let [x, y] = [Axis::of_names("x", names(8)), Axis::of_names("y", names(5))];
-        assert_eq!(named(x, y, &map), 40);
-    }
-
-    #[test]
-    fn a_line_to_a_name_goes_around_the_other_names() {
-        for (line, goes_through) in [
-            ([[0.0, 0.0], [10.0, 10.0]], true),
-            ([[0.0, 5.0], [10.0, 5.0]], true),
-            ([[0.0, 7.0], [10.0, 7.0]], false),
-            ([[0.0, 0.0], [3.0, 3.0]], false),
-            ([[0.0, 8.0], [4.0, 0.0]], false),
-        ] {
-            assert_eq!(cuts(line, &[4.0, 4.0, 6.0, 6.0]), goes_through, "{line:?}");
-        }
-        // Twenty points near each other, and bars: most names stand far off.
-        let points = (0..20).map(|at| {
-            let [x, y] = [
-                0.8 + 0.03 * f64::from(at),
-                0.5 + 0.1 * f64::from(7 * at % 10),
-            ];
-            let point = Point::at(x, y).between(0.4, 1.6);
-            point.labelled(format!("name {at}"))
-        });
-        let [x, y] = ["s", "error"].map(|label| Axis::linear(label).within(0.0, 2.0));
-        let svg = svg(&Plot::new("near", "", x, y).points("", Colour::Blue, points));
-        let number = |text: &str, key: &str| -> f64 {
-            let rest = text.split_once(&format!(" {key}=\"")).expect("a place").1;
-            let number = rest.split('"').next().expect("a number");
-            number.parse().expect("a number")
-        };
-        let texts = svg.split("<text").skip(1);
-        let texts = texts.filter(|text| text.contains(">name "));
-        let room_of = |text: &str| {
-            let mut anchors = ["start", "end", "middle"].into_iter();
-            let anchor = anchors.find(|at| text.contains(at)).expect("an anchor");
-            room("name 0", &([number(text, "x"), number(text, "y")], anchor))
-        };
-        let boxes: Vec<[f64; 4]> = texts.map(room_of).collect();
-        assert_eq!(boxes.len(), 20);
-        let lines = svg.split("<path stroke=\"#").skip(1).filter_map(|part| {
-            let path = part.split_once(" d=\"M")?.1.split_once('"')?.0;
-            let numbers: Vec<f64> = path
-                .split(' ')
-                .map_while(|number| number.parse().ok())
-                .collect();
-            match numbers[..] {
-                [a, b, c, d] => Some([[a, b], [c, d]]),
-                _ => None,
-            }
-        });
-        let lines: Vec<[[f64; 2]; 2]> = lines.collect();
-        assert!(!lines.is_empty());
-        let inner = |area: &[f64; 4]| [area[0] + 0.2, area[1] + 0.2, area[2] - 0.2, area[3] - 0.2];
-        for line in lines {
-            assert!(
-                !boxes.iter().any(|area| cuts(line, &inner(area))),
-                "{line:?}"
-            );
-        }
+        let plot = Plot::new("crowd", "", x, y).points("", Colour::Blue, crowd);
+        let svg = svg(&plot.over_the_page());
+        let is_there = |at: &u32| svg.contains(&format!(">no. {at:03}</text>"));
+        assert_eq!((0..24).filter(is_there).count(), 24);
     }
 
     #[test]

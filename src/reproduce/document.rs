@@ -183,7 +183,7 @@ impl Reproduction {
         let mut verdicts = String::new();
         for named in &self.comparisons {
             let verdict = named.comparison.verdict().in_words();
-            verdicts += &format!("{}: {verdict}. ", capital(&named.title));
+            verdicts += &format!("{}: {verdict}. ", first_steps::sentence(&named.title));
         }
         for steps in &self.first_steps {
             let verdict = steps.judgement.verdict().in_words();
@@ -358,13 +358,6 @@ const AGREE: &str = "Do the engines agree?";
 const FIGURES: [&str; 2] = ["claims", "candidates"];
 /// Pages whose tiles do not stand on the first screen.
 const MORE: [&str; 3] = ["paper", "search", "stability"];
-
-fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or(String::new(), |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
-}
 
 /// An answer as a figure and the rest; without a figure it is all rest.
 fn halves(answer: &str) -> (String, String) {

@@ -33,7 +33,7 @@ pub fn pack_archive(
     // Name, bytes and digest of what stands in the folder.
     let mut members: Vec<(String, u64, String)> = Vec::new();
     let mut parts = Vec::new();
-    for (file, words) in FILES {
+    for &(file, words) in FILES.iter() {
         // The one that was read and found whole.
         let file = packed(folder, file);
         let place = Place::from((folder, &file));

@@ -11,6 +11,7 @@ pub mod record;
 use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use crate::engine::EngineRecord;
 use flate2::read::GzDecoder;
@@ -84,40 +85,11 @@ pub fn bad_scene(path: &Path, error: &SceneError) -> FileError {
     FileError::Unfit(format!("{}: {error}", path.display()))
 }
 
-/// Files of a run folder, and what they are.
-pub const FILES: [(&str, &str); 13] = [
-    ("scene.json", "The scene that was run"),
-    (
-        RECORD,
-        "Provenance: engine, versions, digests, time step, stages, measures, command",
-    ),
-    (
-        "initial.csv",
-        "Grains at the start: id, position, velocity, radius, mass",
-    ),
-    ("bodies.csv", "Grains at the end"),
-    (
-        "contacts.csv",
-        "Contacts at the end: overlap, forces, normal, point",
-    ),
-    (
-        "memory.csv",
-        "What contacts with friction remember at the end",
-    ),
-    ("settled-bodies.csv", "Grains of the settled bed"),
-    ("settled-contacts.csv", "Contacts of the settled bed"),
-    (
-        "settled-memory.csv",
-        "What contacts with friction remember in the settled bed",
-    ),
-    (
-        "history.csv",
-        "Energies, unbalanced force, contacts, punch, and a digest of the state, along the way",
-    ),
-    ("trace.csv", "Paths of marked grains"),
-    ("yade.log", "What YADE printed"),
-    ("engine.log", "What the engine printed"),
-];
+/// Files of a run folder, and what they are: `files.json`, read.
+pub static FILES: LazyLock<Vec<(&str, &str)>> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("folder/files.json"))
+        .expect("it is a list of names and words")
+});
 
 /// The digests of the other files, as `sha256sum` writes and checks them.
 pub const SUMS: &str = "SHA256SUMS";

@@ -5,7 +5,6 @@ pub mod compare;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::checks::Outcome;
 use crate::document::{Cell, Document, Section, Table};
 use crate::engine::EngineError;
 use crate::study::folder::StudyFolder;
@@ -192,16 +191,10 @@ impl Study for Campaign {
         );
         let digest = &study.scene_digest;
         let own = json!({"scene_digest": digest, "endings": endings, "quantities": measured});
-        let document = Document {
-            title: "Campaign".to_owned(),
-            verdict: Outcome::Skipped,
-            answer,
-            sections: vec![
-                Section::new("Endings", "").with(of_endings),
-                Section::new("Quantities", "").with(table),
-            ],
-            checks: Vec::new(),
-        };
+        let document = Document::new("Campaign", answer, Vec::new()).with([
+            Section::new("Endings", "").with(of_endings),
+            Section::new("Quantities", "").with(table),
+        ]);
         Judged::of(Self::KIND, &own, document)
     }
 }

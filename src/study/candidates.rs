@@ -4,6 +4,8 @@
 pub mod document;
 pub mod judge;
 
+use std::sync::LazyLock;
+
 use serde::{Deserialize, Serialize};
 
 use crate::study::candidates::judge::Candidates;
@@ -188,170 +190,58 @@ pub const PRINTED: &str = "our default";
 /// Id of the search's least implausible setting.
 const BEST: &str = "best-1";
 const SPEED_AND_DAMPING: &str = "punch speed and damping";
-const NEVER_PRINTED: &str = "never printed; R = 5 mm follows from the control volume alone";
-const POURED: &str = "'randomly poured'";
-const RESTITUTION: &str = "(restitution)";
-const DASHPOTS: &str = "'spring-dashpot interactions' without a constant; from a ball of clay to one of glass, beside Cundall's damping or in its place";
 
-/// A choice, the unit of its values, what the paper says and why the range is what it is, and what a value changes.
+/// A choice, the unit of its values, what the paper says and why the range is what it is: `choices.json`, read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Choice {
     name: &'static str,
     unit: &'static str,
     reason: &'static str,
-    values: &'static [f64],
+    values: Vec<f64>,
     /// With `--quick`.
-    few: &'static [f64],
-    change: fn(f64) -> Change,
+    #[serde(default)]
+    few: Vec<f64>,
     /// Open, and no axis of the search: varied around its best setting too.
+    #[serde(default)]
     is_beside_search: bool,
     /// What the paper's words may mean physically, and no value that they leave out.
+    #[serde(default)]
     is_reading: bool,
 }
 
-const fn choice(name: &'static str, unit: &'static str) -> Choice {
-    Choice {
-        name,
-        unit,
-        reason: "",
-        values: &[],
-        few: &[],
-        change: Settled,
-        is_beside_search: false,
-        is_reading: false,
-    }
-}
+static CHOICES: LazyLock<Vec<Choice>> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("candidates/choices.json")).expect("it is a list of choices")
+});
 
 impl Choice {
-    const fn because(self, reason: &'static str) -> Self {
-        Choice { reason, ..self }
-    }
-
-    const fn over(
-        self,
-        values: &'static [f64],
-        few: &'static [f64],
-        change: fn(f64) -> Change,
-    ) -> Self {
-        Choice {
-            values,
-            few,
-            change,
-            ..self
-        }
-    }
-
-    const fn a_reading(self) -> Self {
-        Choice {
-            is_reading: true,
-            ..self
-        }
-    }
-
-    const fn beside_search(self) -> Self {
-        Choice {
-            is_beside_search: true,
-            ..self
+    /// What a value of it changes.
+    fn change(&self, value: f64) -> Change {
+        match self.name {
+            "settle rule" => Settled(value),
+            "friction of both stages" => Friction(value),
+            "mean diameter, same number of grains" => Diameter(1.0e-3 * value),
+            "mean diameter, same area of grains" => DiameterSameArea(1.0e-3 * value),
+            "hold after the force" => Hold(value),
+            "columns of the cloud" => Columns(value as u32),
+            "speed of the cloud" => CloudSpeed(value),
+            "number of grains, over the printed" => Size(1.0, value),
+            "box width" => Size(value, 1.0),
+            "time step" => Step(value),
+            "mass of a grain" => Spheres,
+            "mass of a sphere in a slab" => Change::Density(value),
+            "number of grains as printed" => Size(1.0, value / 5000.0),
+            "dispersion of diameters" => Change::Dispersion(value),
+            "friction of floor and walls" => Change::WallFriction(value),
+            "friction of the punch" => Change::PunchFriction(value),
+            "dashpots and damping" => Dashpots(value, Damped::InBothStages),
+            "dashpots, damping in pouring alone" => Dashpots(value, Damped::InPouring),
+            "dashpots alone" => Dashpots(value, Damped::Nowhere),
+            "volume of a grain" => Change::EqualPorosity,
+            other => unreachable!("{other} is no choice"),
         }
     }
 }
-
-const CHOICES: [Choice; 20] = [
-    choice("settle rule", "of the peak")
-        .because(
-            "'almost completely dissipate'; kinetic energy over its peak, from visible motion to \
-             deep rest",
-        )
-        .over(&[1.0e-2, 1.0e-3, 1.0e-5, 1.0e-6], &[1.0e-2], Settled),
-    choice("friction of both stages", "rad")
-        .because(
-            "Table 2 prints zero; to 0.6 rad = 34 degrees, a sand's. A friction coefficient is \
-             its tangent",
-        )
-        .over(&[0.1, 0.3, 0.6], &[0.3], Friction),
-    choice("mean diameter, same number of grains", "mm")
-        .because(NEVER_PRINTED)
-        .over(&[9.0, 9.5, 9.8, 10.2, 10.5], &[9.0], |diameter| {
-            Diameter(1.0e-3 * diameter)
-        }),
-    choice("mean diameter, same area of grains", "mm")
-        .because(NEVER_PRINTED)
-        .over(&[8.0], &[], |diameter| DiameterSameArea(1.0e-3 * diameter)),
-    choice("hold after the force", "s")
-        .because("'until the force was equal to 2ap'; a hold is not mentioned")
-        .over(&[0.01, 0.05, 0.2], &[0.05], Hold),
-    choice("columns of the cloud", "columns")
-        .because(POURED)
-        .over(&[90.0], &[], |columns| Columns(columns as u32))
-        .beside_search(),
-    choice("speed of the cloud", "m/s")
-        .because(POURED)
-        .over(&[0.0, 1.0, 3.0], &[], CloudSpeed)
-        .beside_search(),
-    choice("number of grains, over the printed", "times")
-        .because("5,000 is printed; shows what the floor does")
-        .over(&[0.5, 2.0], &[], |ratio| Size(1.0, ratio)),
-    choice("box width", "m")
-        .because("1 m is printed; shows what the walls do")
-        .over(&[0.5, 2.0], &[], |width| Size(width, 1.0)),
-    choice("time step", "√(m/k)")
-        .because("not printed; in units of √(m/k)")
-        .over(&[0.1, 0.45], &[], Step),
-    choice("mass of a grain", "(a sphere's)")
-        .because("'spherical' particles, but weights of discs one metre long")
-        .over(&[1.0], &[], |_| Spheres)
-        .a_reading(),
-    choice("mass of a sphere in a slab", "of a disc's")
-        .because("'spherical' particles: in a slab one diameter thick, with the force 2ap times that, a metre of it has so much")
-        .over(&[2.0 / 3.0], &[], Change::Density)
-        .a_reading(),
-    choice("number of grains as printed", "grains")
-        .because("5,000 placed, fewer that stayed: so many of 10 mm are the bed of the printed height and porosity")
-        .over(&[4857.0], &[], |count| Size(1.0, count / 5000.0))
-        .a_reading(),
-    choice("dispersion of diameters", "of the mean")
-        .because(
-            "0.05 is printed, of a 'quasi-uniform' distribution; from nearly equal grains to \
-             twice and four times as wide",
-        )
-        .over(&[0.01, 0.1, 0.2], &[0.1], Change::Dispersion)
-        .beside_search(),
-    choice("friction of floor and walls", "rad")
-        .because("one friction is printed, that of grains; smooth and rough")
-        .over(&[0.0, 0.6], &[0.6], Change::WallFriction)
-        .beside_search(),
-    choice("friction of the punch", "rad")
-        .because("the 'rigid body' has no printed friction; smooth and rough")
-        .over(&[0.0, 0.3], &[0.3], Change::PunchFriction)
-        .beside_search(),
-    choice("dashpots and damping", RESTITUTION)
-        .because(DASHPOTS)
-        .over(&[0.2, 0.5, 0.8], &[0.5], |e_n| {
-            Dashpots(e_n, Damped::InBothStages)
-        })
-        .beside_search()
-        .a_reading(),
-    choice("dashpots, damping in pouring alone", RESTITUTION)
-        .because(DASHPOTS)
-        .over(&[0.2, 0.5, 0.8], &[], |e_n| {
-            Dashpots(e_n, Damped::InPouring)
-        })
-        .beside_search()
-        .a_reading(),
-    choice("dashpots alone", RESTITUTION)
-        .because(DASHPOTS)
-        .over(&[0.2, 0.5, 0.8], &[0.5], |e_n| {
-            Dashpots(e_n, Damped::Nowhere)
-        })
-        .beside_search()
-        .a_reading(),
-    choice("volume of a grain", "(the bed's porosity)")
-        .because(
-            "'the particle and the associated void space'; not by its radical cell but with the \
-             bed's share of void",
-        )
-        .over(&[1.0], &[], |_| Change::EqualPorosity)
-        .beside_search(),
-];
 
 /// What the paper says of a choice, and why its range is what it is.
 pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -419,9 +309,9 @@ impl Plan {
         };
         for choice in all.filter(taken) {
             let word = choice.name.replace([',', ' '], "-").replace("--", "-");
-            for value in if quick { choice.few } else { choice.values } {
+            for value in if quick { &choice.few } else { &choice.values } {
                 let name = format!("{}: {value} {}", choice.name, choice.unit);
-                let changes = [(choice.change)(*value)];
+                let changes = [choice.change(*value)];
                 add(
                     &format!("{word}-{value}"),
                     &name,

@@ -151,12 +151,11 @@ pub fn sharings() -> (Table, Plot) {
     let caption = "What one pile bears when five piles share five units of force, and when many do";
     let x = Axis::linear("force F, FU (the mean is 1)").within(-0.3, 5.3);
     let y = Axis::linear("share of piles with F or more").within(0.0, 1.0);
+    let counted =
+        forces().map(|(force, at)| [at - 0.15, at + 0.15, chance_of_at_least_of_five(force)]);
+    let counted = Shape::Bars(counted.collect());
     let plot = Plot::new("figure-3", caption, x, y)
-        .bars(
-            "five piles, counted",
-            Colour::Sky,
-            forces().map(|(force, at)| [at - 0.15, at + 0.15, chance_of_at_least_of_five(force)]),
-        )
+        .with("five piles, counted", Colour::Sky, counted)
         .points(
             "many, whole units",
             Colour::Green,
@@ -291,7 +290,11 @@ impl Distribution {
         let x = Axis::linear(&across);
         let y = Axis::linear(&format!("probability density, 1/{}", self.unit));
         let mut histogram = Plot::new(&name, self.caption(), x, y)
-            .bars("realizations, 95 %", Colour::Sky, bars)
+            .with(
+                "realizations, 95 %",
+                Colour::Sky,
+                Shape::Bars(bars.collect()),
+            )
             .points("", Colour::Blue, ends);
         let curve = |law: Law, function: fn(&Law, f64) -> f64| -> Vec<[f64; 2]> {
             let from = match law {

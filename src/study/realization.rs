@@ -471,7 +471,8 @@ pub fn sound<'a>(settings: impl IntoIterator<Item = &'a Setting>) -> Result<(), 
 }
 
 /// A change of a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Change {
     /// dt over √(m/k). The settle rule is looked at just as often in time.
     Step(f64),
@@ -510,7 +511,8 @@ pub enum Change {
 }
 
 /// Where Cundall's damping is left beside dashpots.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Damped {
     InBothStages,
     InPouring,

@@ -7,7 +7,7 @@ pub mod space;
 
 use serde::{Deserialize, Serialize};
 
-use crate::checks::{Check, Outcome, verdict};
+use crate::checks::{Check, Outcome};
 use crate::document::{Axis, Colour, Document, Plot, Section, Shape, Table};
 use crate::study::member::{Beds, Members, OfBeds};
 use crate::study::realization::{OTHER_BED, Setting, Specification};
@@ -174,21 +174,16 @@ impl Search {
             .iter()
             .map(|figure| self.check(figure))
             .collect();
-        Document {
-            title: "Which settings give the published figures?".to_owned(),
-            verdict: verdict(&checks),
-            answer: self.answer(),
-            sections: vec![
-                self.maps(),
-                self.targets(),
-                self.controls(),
-                self.best_settings(),
-                self.at_odds(),
-                self.bearing(),
-                self.settings().as_details(),
-            ],
-            checks,
-        }
+        let title = "Which settings give the published figures?";
+        Document::new(title, self.answer(), checks).with([
+            self.maps(),
+            self.targets(),
+            self.controls(),
+            self.best_settings(),
+            self.at_odds(),
+            self.bearing(),
+            self.settings().as_details(),
+        ])
     }
 
     fn answer(&self) -> String {

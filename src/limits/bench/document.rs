@@ -5,7 +5,8 @@ use super::bed::PAPER;
 use super::contender::{Contender, Contest};
 use super::scaling::{Point as Size, SpeedUp};
 use super::timing::Spread;
-use crate::checks::{Check, Outcome, Speed, verdict};
+use crate::checks::{Check, Outcome, Speed};
+use crate::compare::bits::TableBits;
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 use grains::native::timing::Share;
@@ -78,40 +79,27 @@ impl Bench {
     }
 
     pub fn document(&self) -> Document {
-        let bits = match &self.sorted_bits {
-            Some(bits) => format!(
-                "Native against YADE's sorted loop, timed on the same bed: {} of {} positions and velocities differ.",
-                bits.differing, bits.numbers
+        let differ = |bits: &TableBits| format!("{} of {}", bits.differing, bits.numbers);
+        let [sorted, friction, space] = [&self.sorted_bits, &self.friction_bits, &self.space_bits]
+            .map(|bits| bits.as_ref().map(differ));
+        let mut answer = match sorted {
+            Some(differ) => format!(
+                "Native against YADE's sorted loop, timed on the same bed: {differ} positions and velocities differ."
             ),
             None => "The bits of YADE's sorted loop were not compared.".to_owned(),
-        } + &match &self.friction_bits {
-            Some(bits) => format!(
-                " With friction, spins too: {} of {} differ.",
-                bits.differing, bits.numbers
-            ),
-            None => String::new(),
-        } + &match &self.space_bits {
-            Some(bits) => format!(
-                " Of spheres in space {} of {}.",
-                bits.differing, bits.numbers
-            ),
-            None => String::new(),
         };
+        answer
+            .extend(friction.map(|differ| format!(" With friction, spins too: {differ} differ.")));
+        answer.extend(space.map(|differ| format!(" Of spheres in space {differ}.")));
         let disturbed = " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
              on an idle machine before believing any ratio.";
-        let checks = self.checks();
-        Document {
-            title: "What a step costs".to_owned(),
-            verdict: verdict(&checks),
-            answer: bits + if self.disturbed { disturbed } else { "" },
-            sections: vec![
-                self.side_by_side(),
-                self.stages(),
-                self.sizes(),
-                self.machine(),
-            ],
-            checks,
-        }
+        answer += if self.disturbed { disturbed } else { "" };
+        Document::new("What a step costs", answer, self.checks()).with([
+            self.side_by_side(),
+            self.stages(),
+            self.sizes(),
+            self.machine(),
+        ])
     }
 
     fn side_by_side(&self) -> Section {

@@ -9,18 +9,14 @@ use super::trials::Found;
 
 impl Map {
     pub fn document(&self) -> Document {
-        Document {
-            title: "The largest stable time steps".to_owned(),
-            verdict: self.verdict(),
-            answer: format!(
-                "Found limits are at most {:.1} % off the predicted ones; {} % are allowed. {}",
-                100.0 * self.farthest(),
-                100.0 * ALLOWED,
-                self.external_in_words()
-            ),
-            sections: self.sections(),
-            checks: self.checks(),
-        }
+        let answer = format!(
+            "Found limits are at most {:.1} % off the predicted ones; {} % are allowed. {}",
+            100.0 * self.farthest(),
+            100.0 * ALLOWED,
+            self.external_in_words()
+        );
+        let title = "The largest stable time steps";
+        Document::new(title, answer, self.checks()).with(self.sections())
     }
 
     fn sections(&self) -> Vec<Section> {

@@ -3,7 +3,6 @@
 
 use serde::Serialize;
 
-use crate::checks::Outcome;
 use crate::document::{Document, Section, Table};
 use crate::paper::published::{HEIGHT, OFFSETS, POINTS, POROSITY, PRESSURE};
 use crate::paper::recomputed::{DENSITY, DEPTH, GRAVITY, HALF_WIDTH};
@@ -40,7 +39,7 @@ impl Setup {
         Setup {
             load: Load {
                 spread: Spread::Uniform,
-                pressure: PRESSURE,
+                pressure: *PRESSURE,
                 half_width: HALF_WIDTH,
             },
             points: std::iter::zip(POINTS, OFFSETS)
@@ -51,10 +50,10 @@ impl Setup {
                 })
                 .collect(),
             width: 1.0,
-            height: HEIGHT,
+            height: *HEIGHT,
             density: DENSITY,
             gravity: GRAVITY,
-            porosity: POROSITY,
+            porosity: *POROSITY,
         }
     }
 }
@@ -175,28 +174,19 @@ impl Continuum {
                     )
                     .column(&format!("change at {name}, %"), at(|row| row.change))
             });
-        Document {
-            title: "The continuum under the punch".to_owned(),
-            verdict: Outcome::Pass,
-            answer: format!(
-                "The stresses of a load of {:.0} N/m on a width of {} m, on a bed {} m high in a box {} m wide with a porosity of {}.",
-                setup.load.force(),
-                2.0 * setup.load.half_width,
-                setup.height,
-                setup.width,
-                setup.porosity
-            ),
-            sections: vec![
-                Section::new(
-                    "Stresses",
-                    "Changes are against the uniform load on the half-space. Sunk: the load has gone down so far. In air: the \
-                     ground above its base bears nothing. Within: that ground is elastic, fills the hole and hangs on the \
-                     load (Melan).",
-                )
-                .with(table),
-            ],
-            checks: Vec::new(),
-        }
+        let answer = format!(
+            "The stresses of a load of {:.0} N/m on a width of {} m, on a bed {} m high in a box {} m wide with a porosity of {}.",
+            setup.load.force(),
+            2.0 * setup.load.half_width,
+            setup.height,
+            setup.width,
+            setup.porosity
+        );
+        let words = "Changes are against the uniform load on the half-space. Sunk: the load has gone down so far. In air: the \
+             ground above its base bears nothing. Within: that ground is elastic, fills the hole and hangs on the \
+             load (Melan).";
+        let stresses = Section::new("Stresses", words).with(table);
+        Document::new("The continuum under the punch", answer, Vec::new()).with([stresses])
     }
 }
 

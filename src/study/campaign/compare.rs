@@ -547,11 +547,8 @@ impl Comparison {
         let mut sections = vec![Section::new("Campaigns", "").with(both).with(bits)];
         sections.extend(self.judged.as_ref().map(Judgement::section));
         Document {
-            title: "Two campaigns".to_owned(),
             verdict: self.verdict.into(),
-            answer: self.answer(),
-            sections,
-            checks: self.checks(),
+            ..Document::new("Two campaigns", self.answer(), self.checks()).with(sections)
         }
     }
 }

@@ -6,8 +6,8 @@ use evidence::t_test::Finding;
 
 use super::judge::{Candidates, Found, Halving, Judged, Layer, Parts, Verdict};
 use super::{BEST, PRINTED, SPEED_AND_DAMPING, reasons};
-use crate::checks::{Check, Outcome, verdict};
-use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
+use crate::checks::{Check, Outcome};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Shape, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
 use crate::study::realization::{GRAINS, OTHER_BED};
 use crate::study::search::space::{AXES, told};
@@ -43,24 +43,17 @@ fn kilopascals(stress: Option<Interval>) -> Cell {
 impl Candidates {
     pub fn document(&self) -> Document {
         let checks: Vec<Check> = self.settings.iter().map(Found::check).collect();
-        Document {
-            title: "Settings held against the published figures".to_owned(),
-            verdict: verdict(&checks),
-            answer: self.answer(),
-            sections: [
-                Some(self.figures()),
-                self.one_at_a_time(),
-                Some(self.taken_apart()),
-                Some(self.laws()),
-                self.limits(),
-                self.settings(),
-                Some(self.every_number().as_details()),
-            ]
-            .into_iter()
-            .flatten()
-            .collect(),
-            checks,
-        }
+        let sections = [
+            Some(self.figures()),
+            self.one_at_a_time(),
+            Some(self.taken_apart()),
+            Some(self.laws()),
+            self.limits(),
+            self.settings(),
+            Some(self.every_number().as_details()),
+        ];
+        let title = "Settings held against the published figures";
+        Document::new(title, self.answer(), checks).with(sections.into_iter().flatten())
     }
 
     fn laws(&self) -> Section {
@@ -198,7 +191,8 @@ impl Candidates {
         let band = [[0.9, -0.5, last], [1.1, -0.5, last]];
         let caption = "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals; what lies beyond 2 stands at the edge. \
              A row without marks: too few punches got their force.";
-        let mut plot = Plot::new("means", caption, x, y).band("a tenth", Colour::Grey, band);
+        let band = Shape::Band(band.into());
+        let mut plot = Plot::new("means", caption, x, y).with("a tenth", Colour::Grey, band);
         for (point, colour) in POINTS.iter().zip(Colour::OF_LINES) {
             let id = format!("stress.{point}");
             let rows = self.settings.iter().enumerate();

@@ -1,17 +1,18 @@
 //! The claims for people, and the data of their plots.
 
 use std::borrow::Cow;
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
 use super::laws::{self, Contest};
 use super::sample::{Moment, stress};
 use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes, counted};
-use crate::checks::{Check, Outcome, verdict};
+use crate::checks::{Check, Outcome};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
-use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
-use crate::paper::published::{HEIGHTS, POINTS, POROSITIES, Parts, published};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Shape, Table};
+use crate::paper::published::{HEIGHTS, POINTS, POROSITIES, published};
 use crate::paper::recomputed::unrounded;
 use crate::study::campaign::Member;
 use crate::study::figures::Distribution;
@@ -40,7 +41,9 @@ pub struct Cloud {
     pub beds: Vec<[f64; 2]>,
 }
 
-/// Distributions at O, A and B that belong together.
+/// Distributions at O, A and B that belong together: `groups.json`, read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Group {
     /// Of their files.
     name: &'static str,
@@ -50,48 +53,11 @@ struct Group {
     key: &'static str,
     quantity: &'static str,
     unit: &'static str,
-    /// The theory's mean, where there is a theory.
-    theory: fn(&Parts) -> Option<f64>,
 }
 
-const GROUPS: [Group; 4] = [
-    Group {
-        name: "figure5",
-        title: "Distributions of Σ_zz at O, A and B under the load (the paper's Figure 5)",
-        moment: Moment::Loaded,
-        key: "control_volume_zz",
-        quantity: "Σ_zz",
-        unit: "J",
-        theory: |parts| Some(parts.extensive),
-    },
-    Group {
-        name: "figure5-gravity",
-        title: "The same under gravity alone",
-        moment: Moment::Settled,
-        key: "grain_zz",
-        quantity: "σ_zz",
-        unit: "Pa",
-        theory: |parts| Some(parts.weight),
-    },
-    Group {
-        name: "figure5-xx",
-        title: "Horizontal stress under the load",
-        moment: Moment::Loaded,
-        key: "grain_xx",
-        quantity: "σ_xx",
-        unit: "Pa",
-        theory: |_| None,
-    },
-    Group {
-        name: "shear",
-        title: "Shear stress under the load",
-        moment: Moment::Loaded,
-        key: "grain_xz",
-        quantity: "σ_xz",
-        unit: "Pa",
-        theory: |_| None,
-    },
-];
+static GROUPS: LazyLock<Vec<Group>> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("groups.json")).expect("it is a list of groups")
+});
 
 pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Figures {
     let distribution = |group: &Group, point: &'static str| {
@@ -99,7 +65,12 @@ pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Fig
             "shear" => Family::Laplace,
             _ => Family::Gamma,
         };
-        let theory = unrounded(point).and_then(|parts| (group.theory)(&parts));
+        // Of the other components there is no theory.
+        let theory = unrounded(point).and_then(|parts| match group.name {
+            "figure5" => Some(parts.extensive),
+            "figure5-gravity" => Some(parts.weight),
+            _ => None,
+        });
         let values = stress(members, group.moment, point, group.key);
         let words = [group.name, group.quantity, group.unit];
         Distribution::new(words, point, theory, family, &values)
@@ -282,31 +253,26 @@ impl Claims {
         let holds = Verdict::Holds.words();
         let mut others = self.verdicts.clone();
         others.remove(holds);
-        Document {
-            title: "The paper's claims about its simulations".to_owned(),
-            verdict: verdict(&checks),
-            answer: format!(
-                "{} of {} claims hold; {}. Of the earlier paper's {}: {}. {} members of {}: {}.{} A check passes where its claim could be decided, \
+        let answer = format!(
+            "{} of {} claims hold; {}. Of the earlier paper's {}: {}. {} members of {}: {}.{} A check passes where its claim could be decided, \
                  whichever way.",
-                self.verdicts.get(holds).unwrap_or(&0),
-                self.claims.len(),
-                listed(&others),
-                self.earlier.len(),
-                listed(&counted(self.earlier.iter().map(Claim::word))),
-                self.members,
-                self.origin.engine,
-                listed(&self.endings),
-                other_scene(&self.other_choices)
-            ),
-            sections,
-            checks,
-        }
+            self.verdicts.get(holds).unwrap_or(&0),
+            self.claims.len(),
+            listed(&others),
+            self.earlier.len(),
+            listed(&counted(self.earlier.iter().map(Claim::word))),
+            self.members,
+            self.origin.engine,
+            listed(&self.endings),
+            other_scene(&self.other_choices)
+        );
+        Document::new("The paper's claims about its simulations", answer, checks).with(sections)
     }
 
     /// For the main report: every verdict, the means, and the distributions of Figure 5.
     pub fn summary(&self) -> Document {
         let mut document = self.document();
-        let [under_load, gravity, ..] = GROUPS.map(|group| group.title);
+        let [under_load, gravity] = [GROUPS[0].title, GROUPS[1].title];
         let keep = ["The claims", "What was found", MEANS, under_load, gravity];
         let sections = &mut document.sections;
         sections.retain(|section| keep.contains(&section.title.as_str()));
@@ -425,12 +391,9 @@ impl Claims {
         let caption = "Height and porosity of settled beds";
         let x = Axis::linear("height H, m").within(x[0], x[1]);
         let y = Axis::linear("porosity n");
+        let printed = height.limits().map(|height| [height, low, high]);
         let mut plot = Plot::new("height-and-porosity", caption, x, y)
-            .band(
-                "printed",
-                Colour::Ochre,
-                height.limits().map(|height| [height, low, high]),
-            )
+            .with("printed", Colour::Ochre, Shape::Band(printed.into()))
             .line(
                 "area of the grains",
                 Colour::Grey,

@@ -184,14 +184,14 @@ fn or_none(names: &str) -> &str {
 pub fn height(members: &[Member]) -> Option<Claim> {
     let says = "The height of the packing after pouring is H = 0.46 ± 0.01 m.";
     let words = [says, "± 0.01 m", "how a height is taken", " m"];
-    by_definition(members, "height", &HEIGHTS, words)
+    by_definition(members, "height", &*HEIGHTS, words)
 }
 
 /// n = 0.17 ± 0.01.
 pub fn porosity(members: &[Member]) -> Option<Claim> {
     let says = "That height corresponds to an average porosity of n = 0.17 ± 0.01.";
     let words = [says, "± 0.01", "where a porosity is taken", ""];
-    by_definition(members, "porosity", &POROSITIES, words)
+    by_definition(members, "porosity", &*POROSITIES, words)
 }
 
 fn by_definition(
@@ -248,7 +248,7 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
         let what = format!("share of beds with both, {height_words} for both");
         rows.push(Row::judged(what, [0.5, 1.0], share));
         let mean_of = |key: &str| mean(&measured(members, key));
-        for (porosity_key, porosity_words) in POROSITIES {
+        for (porosity_key, porosity_words) in *POROSITIES {
             if inside(height, mean_of(height_key)) && inside(porosity, mean_of(porosity_key)) {
                 mixed.push(format!("{height_words} with porosity {porosity_words}"));
             }

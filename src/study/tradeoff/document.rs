@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
 use super::plan::{FRICTIONAL, is_frictional};
 use super::{Point, Tradeoff};
-use crate::checks::Outcome;
 use crate::document::{Axis, Colour, Document, Plot, Section, Shape, Style, Table, plot};
 use crate::study::figures::in_row;
 use crate::study::realization::{Runner, Specification};
@@ -19,20 +18,13 @@ const LOWEST: f64 = 0.3;
 
 impl Tradeoff {
     pub fn document(&self) -> Document {
-        let checks = self.checks();
-        Document {
-            title: "Cost against error".to_owned(),
-            verdict: checks.first().map_or(Outcome::Pass, |check| check.outcome),
-            answer: self.answer(),
-            sections: vec![
-                self.cost_and_error(),
-                self.equivalence(),
-                self.compared(),
-                self.every_quantity(),
-                self.orders(),
-            ],
-            checks,
-        }
+        Document::new("Cost against error", self.answer(), self.checks()).with([
+            self.cost_and_error(),
+            self.equivalence(),
+            self.compared(),
+            self.every_quantity(),
+            self.orders(),
+        ])
     }
 
     fn answer(&self) -> String {
@@ -443,7 +435,8 @@ fn forest(name: &str, caption: &str, rows: Vec<(String, &Judgement, &str)>) -> P
     let y = Axis::of_names("", rows.iter().map(|row| row.0.clone()));
     let last = rows.len() as f64 - 0.5;
     let band = [[-1.0, -0.5, last], [1.0, -0.5, last]];
-    let mut plot = Plot::new(name, caption, x, y).band("within the margin", Colour::Grey, band);
+    let (plot, band) = (Plot::new(name, caption, x, y), Shape::Band(band.into()));
+    let mut plot = plot.with("within the margin", Colour::Grey, band);
     let groups = [
         (Some(Finding::Equivalent), Colour::Green),
         (Some(Finding::Different), Colour::Vermilion),

@@ -6,9 +6,9 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::exec::{Description, missing_for_scene};
-use crate::study::realization::Change::{Alpha, CloudSpeed, Columns, Modulus, Settled, Size, Step};
+use crate::study::realization::Change::{self, Step};
 use crate::study::realization::{
-    Change, FAST_STEP, Runner, Setting, Specification, changed, small_scene, whole_scene,
+    FAST_STEP, Runner, Setting, Specification, changed, small_scene, whole_scene,
 };
 use grains::generate::initial_bodies;
 use grains::native::pouring::{End, Phase, Softly};
@@ -35,110 +35,95 @@ pub const FIRST_CONFIRMATORY: u64 = 1001;
 /// The candidate that is the fast protocol: the scene of `scene paper --fast` with `run --reduced-stiffness` (`docs/tradeoff.md`).
 pub const FAST: &str = "step-0.65-soft-10-1e-3";
 
+/// Cundall's α of reduced-stiffness depositions.
 const ALPHA: f64 = 0.2;
 /// Half of the paper scene's step, for external engines.
 const SHORT_STEP: f64 = 0.225;
 
-const SOFT: &str = "softened contacts";
-const DAMPING: &str = "damping";
-const COMBINED: &str = "combined";
-
-/// By the engine's own rules: id, name, what is changed, share of the clouds.
-type Cases = &'static [(&'static str, &'static str, Change, u64)];
-
-const STEPS: Cases = &[
-    ("step-0.05", "step 0.05", Step(0.05), 4),
-    ("step-0.1", "step 0.1", Step(0.1), 2),
-    ("step-0.2", "step 0.2", Step(0.2), 1),
-    ("step-0.3", "step 0.3", Step(0.3), 1),
-    ("step-0.6", "step 0.6", Step(0.6), 1),
-    ("step-0.65", "step 0.65", Step(0.65), 1),
-    ("step-0.7", "step 0.7", Step(0.7), 1),
-    ("step-0.8", "step 0.8", Step(0.8), 1),
-    ("step-0.9", "step 0.9", Step(0.9), 1),
-    ("step-1", "step 1", Step(1.0), 1),
-];
-const MODULI: Cases = &[
-    ("modulus-10", "E/10 throughout", Modulus(0.1), 2),
-    ("modulus-100", "E/100 throughout", Modulus(0.01), 2),
-];
-const SIZES: Cases = &[
-    ("width-40", "40 % of the width", Size(0.4, 1.0), 1),
-    ("width-50", "50 % of the width", Size(0.5, 1.0), 1),
-    ("width-70", "70 % of the width", Size(0.7, 1.0), 1),
-    ("depth-50", "50 % of the depth", Size(1.0, 0.5), 1),
-    ("depth-75", "75 % of the depth", Size(1.0, 0.75), 1),
-];
-const SETTLE_RULES: Cases = &[
-    ("settled-1e-3", "settled at 1e-3", Settled(1.0e-3), 1),
-    ("settled-3e-4", "settled at 3e-4", Settled(3.0e-4), 1),
-    ("settled-3e-5", "settled at 3e-5", Settled(3.0e-5), 1),
-    ("settled-1e-5", "settled at 1e-5", Settled(1.0e-5), 2),
-    ("settled-1e-6", "settled at 1e-6", Settled(1.0e-6), 4),
-];
-const ALPHAS: Cases = &[
-    ("alpha-0.05", "α = 0.05 throughout", Alpha(0.05), 1),
-    ("alpha-0.1", "α = 0.1 throughout", Alpha(0.1), 1),
-    ("alpha-0.4", "α = 0.4 throughout", Alpha(0.4), 1),
-    ("alpha-0.7", "α = 0.7 throughout", Alpha(0.7), 2),
-];
-const CLOUDS: Cases = &[
-    ("columns-85", "cloud of 85 columns", Columns(85), 1),
-    ("columns-90", "cloud of 90 columns", Columns(90), 1),
-    ("columns-94", "cloud of 94 columns", Columns(94), 1),
-    ("cloud-0", "cloud at 0 m/s", CloudSpeed(0.0), 1),
-    ("cloud-1", "cloud at 1 m/s", CloudSpeed(1.0), 1),
-];
-
-/// Reduced-stiffness depositions at the fast protocol's step, cheapest last: by how much softer it is poured, to which energy,
-/// and whether it is a candidate, as the step alone is. The last two were too dense or no cheaper at first sight, so nothing is
-/// spent on testing them.
-const DEPOSITIONS: [(f64, f64, bool); 4] = [
-    (10.0, 1.0e-3, true),
-    (10.0, 3.0e-3, true),
-    (10.0, 1.0e-2, false),
-    (100.0, 1.0e-2, false),
-];
-
 /// The reference of the methods with friction.
 pub const FRICTIONAL: &str = "friction";
-/// Angle of friction between grains in both stages, rad.
-const FRICTION: f64 = 0.5;
-/// dt over √(m/k) of that reference: 0.45 is just beyond the largest stable step where grains with friction can turn, and at 0.65
-/// they do not come to rest.
-const FRICTIONAL_STEP: f64 = 0.3;
+/// Angle of friction between grains in both stages, rad, and dt over √(m/k) of that reference: 0.45 is just beyond the largest
+/// stable step where grains with friction can turn, and at 0.65 they do not come to rest.
+const WITH_FRICTION: [Change; 2] = [Change::Friction(0.5), Step(0.3)];
 
-/// What is changed with friction, by the engine's own rules.
-const WITH_FRICTION: Cases = &[
-    ("friction-step-0.1", "friction, step 0.1", Step(0.1), 2),
-    ("friction-step-0.2", "friction, step 0.2", Step(0.2), 1),
-    ("friction-step-0.45", "friction, step 0.45", Step(0.45), 1),
-    (
-        "friction-modulus-10",
-        "friction, step 0.3, E/10",
-        Modulus(0.1),
-        2,
-    ),
-];
+/// One of the methods that are compared in the native engine: `methods.json`, read, in the order of tables.
+#[derive(Deserialize)]
+struct Method {
+    id: &'static str,
+    name: &'static str,
+    /// Those of the axis [`FRICTIONAL`] are held against its reference, the first of them.
+    axis: &'static str,
+    #[serde(flatten)]
+    how: How,
+    /// It is run on one of so many of the clouds.
+    #[serde(default = "all")]
+    share: u64,
+    /// It is a candidate. Two depositions were too dense or no cheaper at first sight, so nothing is spent on testing them.
+    #[serde(default)]
+    tested: bool,
+    /// Of [`Plan::quick`] too.
+    #[serde(default)]
+    quick: bool,
+}
 
-/// Of [`Plan::quick`], besides the depositions.
-const QUICK: [&str; 9] = [
-    FRICTIONAL,
-    "friction-step-0.45",
-    "step-0.1",
-    "step-0.65",
-    "step-0.9",
-    "modulus-100",
-    "settled-1e-3",
-    "settled-1e-5",
-    "alpha-0.4",
-];
+/// What a method does otherwise than its reference.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum How {
+    /// By the engine's own rules.
+    Changes(Vec<Change>),
+    /// Poured softer by a factor until a share of the largest kinetic energy, and stiffened in steps of `ratio`.
+    Softly {
+        softer: f64,
+        ratio: f64,
+        until: f64,
+        step: f64,
+    },
+    /// Poured with this α, and loaded with the scene's own.
+    PouringAlpha(f64),
+}
+
+fn all() -> u64 {
+    1
+}
+
+impl How {
+    fn of(&self, scene: &Scene) -> Specification {
+        match self {
+            How::Changes(changes) => Specification::native(changed(scene.clone(), changes)),
+            How::Softly {
+                softer,
+                ratio,
+                until,
+                step,
+            } => {
+                let softly = Softly {
+                    start: 1.0 / softer,
+                    ratio: *ratio,
+                    until: *until,
+                    alpha: ALPHA,
+                    step: *step,
+                };
+                Specification::soft(scene, &softly)
+            }
+            How::PouringAlpha(alpha) => Specification {
+                phases: vec![Phase {
+                    modulus: 1.0,
+                    alpha: *alpha,
+                    step: 0.45,
+                    end: End::Settled(scene.settle.kinetic_energy_fraction),
+                }],
+                ..Specification::native(scene.clone())
+            },
+        }
+    }
+}
 
 impl Plan {
     /// Every method for the paper's scene; YADE on its first `yade` clouds.
     pub fn full(screening: u64, confirmatory: u64, yade: u64) -> Self {
         let mut plan = Plan::new(whole_scene(), screening, confirmatory);
-        plan.add_all();
+        plan.add_all(|_| true);
         plan.add_yade(yade);
         plan
     }
@@ -146,10 +131,7 @@ impl Plan {
     /// A small bed, a few methods: that all parts work, and the large effects.
     pub fn quick(screening: u64, yade: u64) -> Self {
         let mut plan = Plan::new(small_scene(), screening, 0);
-        plan.add_all();
-        let kept =
-            |setting: &Setting| setting.axis == COMBINED || QUICK.contains(&setting.id.as_str());
-        plan.methods.retain(kept);
+        plan.add_all(|method| method.quick);
         for method in &mut plan.methods {
             method.clouds[0] = [1, screening];
         }
@@ -197,96 +179,33 @@ impl Plan {
         }
     }
 
-    fn add_all(&mut self) {
+    fn add_all(&mut self, wanted: impl Fn(&Method) -> bool) {
+        let methods = include_str!("methods.json");
+        let methods: Vec<Method> = serde_json::from_str(methods).expect("it is a list of methods");
         let scene = self.reference.specification.scene.clone();
-        let native = |changes: &[Change]| Specification::native(changed(scene.clone(), changes));
-        let soft = |softer: f64, ratio, until, step| {
-            Specification::soft(&scene, &softly(softer, ratio, until, step))
-        };
-        let add_cases = |plan: &mut Plan, axis, cases: Cases| {
-            for (id, name, change, share) in cases {
-                plan.add(id, name, axis, native(&[*change]), *share);
-                if matches!(change, Step(step) if *step == FAST_STEP) {
-                    plan.test_last();
-                }
-            }
-        };
-        add_cases(self, "time step", STEPS);
-        add_cases(self, SOFT, MODULI);
-        for softer in [10.0, 100.0] {
-            let ways = [
-                ("at-once", "at once", softer),
-                ("by-2", "in steps of 2", 2.0),
-            ];
-            for (id, how, ratio) in ways {
-                let specification = soft(softer, ratio, 1.0e-4, 0.45);
-                let name = format!("poured at E/{softer}, stiffened {how}");
-                self.add(
-                    &format!("soft-{softer}-{id}"),
-                    &name,
-                    SOFT,
-                    specification,
-                    1,
-                );
-            }
-        }
-        add_cases(self, "size", SIZES);
-        add_cases(self, "settle rule", SETTLE_RULES);
-        add_cases(self, DAMPING, ALPHAS);
-        for alpha in [0.05, 0.1, 0.4] {
-            // The scene's own α while loading.
-            let phase = Phase {
-                modulus: 1.0,
-                alpha,
-                step: 0.45,
-                end: End::Settled(scene.settle.kinetic_energy_fraction),
-            };
-            let specification = Specification {
-                phases: vec![phase],
-                ..native(&[])
-            };
-            let name = format!("poured with α = {alpha}");
+        let frictional = changed(scene.clone(), &WITH_FRICTION);
+        for method in methods.into_iter().filter(wanted) {
+            let is_frictional = method.axis == FRICTIONAL;
+            let scene = if is_frictional { &frictional } else { &scene };
+            let specification = method.how.of(scene);
             self.add(
-                &format!("poured-alpha-{alpha}"),
-                &name,
-                DAMPING,
+                method.id,
+                method.name,
+                method.axis,
                 specification,
-                1,
+                method.share,
             );
-        }
-        add_cases(self, "cloud", CLOUDS);
-        for (softer, until, tested) in DEPOSITIONS {
-            let specification = soft(softer, softer.sqrt(), until, FAST_STEP);
-            let id = format!("step-{FAST_STEP}-soft-{softer}-{until:e}");
-            let name = format!("step {FAST_STEP}, poured at E/{softer} until {until:e}");
-            self.add(&id, &name, COMBINED, specification, 1);
-            if tested {
+            if method.tested {
                 self.test_last();
             }
+            if let Some(reference) = self
+                .methods
+                .last_mut()
+                .filter(|added| added.id == FRICTIONAL)
+            {
+                reference.clouds.clone_from(&self.reference.clouds);
+            }
         }
-        self.add_frictional();
-    }
-
-    fn add_frictional(&mut self) {
-        let frictional = [Change::Friction(FRICTION), Step(FRICTIONAL_STEP)];
-        let scene = changed(self.reference.specification.scene.clone(), &frictional);
-        let specification = Specification::native(scene.clone());
-        let name = format!("friction {FRICTION} rad, step {FRICTIONAL_STEP}: their reference");
-        let clouds = self.reference.clouds.clone();
-        let reference = Setting::new(FRICTIONAL, &name, FRICTIONAL, specification, self.screening);
-        self.methods.push(Setting {
-            clouds,
-            ..reference
-        });
-        for (id, name, change, share) in WITH_FRICTION {
-            let specification = Specification::native(changed(scene.clone(), &[*change]));
-            self.add(id, name, FRICTIONAL, specification, *share);
-        }
-        let (softer, until, _) = DEPOSITIONS[0];
-        let softly = softly(softer, softer.sqrt(), until, FRICTIONAL_STEP);
-        let specification = Specification::soft(&scene, &softly);
-        let name = "friction, step 0.3, poured at E/10 until 1e-3";
-        self.add("friction-soft-10", name, FRICTIONAL, specification, 1);
     }
 
     /// The scenes that other engines run, with the beginnings of their ids and the ends of their names.
@@ -382,17 +301,6 @@ impl Plan {
             };
             clouds.into_iter().flat_map(on).collect()
         })
-    }
-}
-
-/// Poured softer by this factor until this share of the largest kinetic energy, and stiffened in steps of `ratio`.
-fn softly(softer: f64, ratio: f64, until: f64, step: f64) -> Softly {
-    Softly {
-        start: 1.0 / softer,
-        ratio,
-        until,
-        alpha: ALPHA,
-        step,
     }
 }
 
