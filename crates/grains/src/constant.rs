@@ -8,6 +8,7 @@ use crate::native::state::Constants;
 use crate::scene::{Rolling, Springs, Viscosity};
 use crate::tables::{Bodies, Body, Punch};
 use crate::task::Case;
+use crate::vector::times;
 
 /// What a run computes with.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +84,7 @@ const fn over_radius(kept: i8, symbol: &'static str, enlarge: fn(&mut Given, f64
 }
 
 /// Tables of faults and of constants have this order.
-static ROWS: [Row; 34] = [
+static ROWS: [Row; 36] = [
     constant(
         16,
         "k_n between grains",
@@ -292,6 +293,24 @@ static ROWS: [Row; 34] = [
             },
         )
     },
+    constant(
+        -9,
+        "velocity of obstacles",
+        "model.obstacles[].velocity",
+        |given, by| {
+            let obstacles = given.constants.obstacles.iter_mut();
+            obstacles.for_each(|obstacle| obstacle.velocity = times(1.0 + by, obstacle.velocity));
+        },
+    ),
+    constant(
+        -10,
+        "spin of obstacles",
+        "model.obstacles[].spin, rad/s about fixed axes",
+        |given, by| {
+            let obstacles = given.constants.obstacles.iter_mut();
+            obstacles.for_each(|obstacle| obstacle.spin = times(1.0 + by, obstacle.spin));
+        },
+    ),
     constant(
         3,
         "velocity of the punch",

@@ -243,7 +243,7 @@ rules! {
         "the formula that makes a dashpot of a restitution e; another one gives another e" {
         AsModel "as_model": "the one that fits law.contact.viscosity", "YADE's Hertz law";
         Uncut "uncut": "ζ = −ln e/√(π² + ln² e)", "LIGGGHTS";
-        Cut "cut": "ζ of the force that is cut (Schwager and Pöschel 2007)", "";
+        Cut "cut": "ζ of the force that is cut: with s = √(1 − ζ²), e = exp(−2 ζ/s · arctan(s/ζ)) where ζ < 1 (Schwager and Pöschel 2007)", "";
     }
     tangential_restitution: TangentialRestitution, HertzAndDashpots,
         "the restitution or ratio of Hertz's dashpots along the tangent, where the model has one of its own" {

@@ -41,6 +41,8 @@ pub struct Cause {
     /// Other forms that explain it as well.
     #[serde(serialize_with = "in_words")]
     pub also: Vec<Form>,
+    /// Laws before this one have these constants right.
+    pub right_before: bool,
     /// With them the engine stays among the replicas for its first ten steps and the one with which it left them.
     pub explained: bool,
     /// Grains that are farther off than rounding takes them, at the first moment at which there are any, though the constants
@@ -120,6 +122,12 @@ impl Cause {
                 format!("equal to rounding with {with}; look at {look_at}{and}{forms}")
             }
         };
+        if self.right_before {
+            said = format!(
+                "{said}; under {}, while the laws before it have it right",
+                self.law
+            );
+        }
         for form in &self.also {
             said = format!("{said}. Or: {}", forms::in_words(*form));
         }
@@ -165,11 +173,13 @@ impl Cause {
             ),
         };
         let hint = |fitted: &Fitted| {
-            format!(
-                "{} larger by about {:.0e}",
-                fitted.constant.symbol(),
-                fitted.larger
-            )
+            let way = if fitted.larger < 0.0 {
+                "smaller"
+            } else {
+                "larger"
+            };
+            let (symbol, by) = (fitted.constant.symbol(), fitted.larger.abs());
+            format!("{symbol} {way} by about {by:.0e}")
         };
         let possible = self.constants.iter().filter(|fitted| is_possible(fitted));
         let mut hints: Vec<String> = possible.map(hint).collect();
@@ -210,6 +220,7 @@ pub(crate) fn causes(
     let mut known = Variant::default();
     let mut fitted: Vec<Constant> = Vec::new();
     let mut judged: Vec<Form> = Vec::new();
+    let mut right: Vec<Constant> = Vec::new();
     let mut laws: Vec<&str> = all
         .iter()
         .map(|answered| answered.asked.law.as_str())
@@ -234,6 +245,7 @@ pub(crate) fn causes(
             ruled_out: &ruled_out,
         };
         if tried.is_explained(&known) {
+            right.extend(tried.free(&[]));
             continue;
         }
         let mut told = [declared].into_iter().chain(declared.chunks(1));
@@ -245,7 +257,12 @@ pub(crate) fn causes(
             let explains = variant != known && tried.is_explained(&variant);
             explains.then(|| tried.cause(Fit::known(variant), true, Vec::new()))
         });
-        let cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
+        let mut cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
+        cause.right_before = !cause.constants.is_empty()
+            && cause
+                .constants
+                .iter()
+                .all(|fitted| right.contains(&fitted.constant));
         let before = std::mem::replace(&mut known, cause.variant.clone());
         fitted.extend(tried.free(&fitted));
         // A length that is not quite met leaves a few grains in every law: that was said.
@@ -420,14 +437,23 @@ impl Tried<'_> {
                 count: grains.len(),
                 condition: None,
                 numbers: None,
+                lacks_contacts: false,
             };
             match contacts.is_empty() || !grains.is_empty() && moved < step {
                 false => {
                     let at = at(step)?;
                     let before = at.checked_sub(1).map(|before| &own[before]);
                     (first.step, first.count) = (step, contacts.len());
+                    let there: HashSet<_> = ids_of(&theirs[at]).collect();
+                    let missing = ids_of(&own[at]).filter(|ids| !there.contains(ids));
+                    let missing: Vec<(u32, u32)> = missing.collect();
+                    first.lacks_contacts = !missing.is_empty();
+                    let wrong = match first.lacks_contacts {
+                        true => ("contacts are missing", &missing[..]),
+                        false => ("contacts are wrong", &contacts[..]),
+                    };
                     first.condition =
-                        conditions::of_contacts(case, before, &own[at], &contacts, &|_| true);
+                        conditions::of_contacts(case, before, &own[at], wrong, &|_| true);
                     let said = contacts::what_is_off((&theirs[at]).into(), (&own[at]).into());
                     first.numbers = said.map(|said| format!("after {step} steps {said}"));
                 }
@@ -451,7 +477,7 @@ impl Tried<'_> {
             .max_by(|a, b| of_motion(&farthest[*a]).total_cmp(&of_motion(&farthest[*b])));
         let answered = self.of_law[worst.unwrap_or(0)];
         let (mut left, mut left_at) = (Vec::new(), String::new());
-        let (mut condition, mut numbers) = (None, None);
+        let (mut condition, mut numbers, mut lacks_contacts) = (None, None, false);
         let mut left_in = answered.asked.start.clone();
         if !explained {
             // A fit that no engine can have hides what is wrong.
@@ -462,6 +488,7 @@ impl Tried<'_> {
             };
             if let Some(first) = self.wrong_first(variant) {
                 (condition, numbers) = (first.condition, first.numbers);
+                lacks_contacts = first.lacks_contacts;
                 if condition.is_some() || numbers.is_some() {
                     left_in = first.state;
                 }
@@ -470,6 +497,8 @@ impl Tried<'_> {
             let (outside, step) = answered.native.envelope.outside(&own, theirs);
             left_at = what_they_touch(&answered.asked.case, &outside, &own, step);
             left = around_one(outside, own.iter().chain(theirs));
+            // It is not one grain that is wrong where contacts are missing.
+            left.retain(|_| !lacks_contacts);
         }
         Cause {
             law: answered.asked.law.clone(),
@@ -477,6 +506,7 @@ impl Tried<'_> {
             tied: fit.tied,
             forms: fit.variant.forms.clone(),
             variant: fit.variant,
+            right_before: false,
             explained,
             also,
             left,
@@ -499,6 +529,14 @@ struct WrongFirst {
     count: usize,
     condition: Option<String>,
     numbers: Option<String>,
+    /// Some that touch are not in the engine's table.
+    lacks_contacts: bool,
+}
+
+/// Those of all contacts of a moment.
+fn ids_of(moment: &Snapshot) -> impl Iterator<Item = (u32, u32)> {
+    let contacts = moment.contacts.iter();
+    contacts.map(|contact| (contact.id1, contact.id2))
 }
 
 /// How many of these grains touch other grains alone, walls or the punch, and whether contacts of theirs slide.

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grains::model::Law;
+use grains::obstacle::Surface;
 use grains::scene::{NewContactSlip, SlipVelocity, Springs, Tension, TorqueArms, Viscosity};
 use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
@@ -60,7 +61,7 @@ impl<'a, T> Properties<'a, T> {
         let all = self.all.len();
         let (split, others) = (self.split()?, all - count);
         Some(format!(
-            "{what} are wrong where {split}: all {count} of these and none of the other {others}"
+            "{what} where {split}: all {count} of these and none of the other {others}"
         ))
     }
 
@@ -141,12 +142,13 @@ fn touching(own: &Snapshot, body: u32) -> BTreeSet<u32> {
     touching.map(|contact| contact.id2).collect()
 }
 
-/// What all of these contacts have and no other one among some of this moment; `before` is the moment before it.
+/// What all of these contacts have that are wrong or missing, as `what` says, and no other one among some of this moment; `before` is
+/// the moment before it.
 pub(crate) fn of_contacts(
     case: &Case,
     before: Option<&Snapshot>,
     own: &Snapshot,
-    wrong: &[(u32, u32)],
+    (what, wrong): (&str, &[(u32, u32)]),
     among: &dyn Fn((u32, u32)) -> bool,
 ) -> Option<String> {
     let (ids, bodies) = (case.ids(), &own.bodies);
@@ -163,6 +165,23 @@ pub(crate) fn of_contacts(
         let wall = ids.wall(index);
         properties.add(format!("they are at wall {index}"), |row| {
             row.contact.id1 == wall
+        });
+    }
+    let kinds: [(&str, fn(&Surface) -> bool); 3] = [
+        ("planes", |shape| matches!(shape, Surface::Plane { .. })),
+        ("triangles", |shape| {
+            matches!(shape, Surface::Triangle { .. })
+        }),
+        ("boxes", |shape| matches!(shape, Surface::Box { .. })),
+    ];
+    for (name, is_kind) in kinds {
+        properties.add(format!("they are at {name}"), |row| {
+            let index = row
+                .contact
+                .id1
+                .checked_sub(ids.wall(case.model.walls.len()));
+            let obstacle = index.and_then(|index| case.model.obstacles.get(index as usize));
+            obstacle.is_some_and(|obstacle| is_kind(&obstacle.shape))
         });
     }
     properties.add("they are at the punch", |row| {
@@ -261,10 +280,24 @@ pub(crate) fn of_contacts(
     properties.number("the number of contacts of one of their grains", |row| {
         of_grains(row, &|id| partners[id as usize])
     });
+    // Of both grains.
+    let least = |row: &Row, column: &[f64]| -of_grains(row, &|id| -column[id as usize]);
+    properties.number("the sum of their radii, m,", |row| radii(row).iter().sum());
+    properties.number("the smaller x of their grains, m,", |row| {
+        least(row, &bodies.x)
+    });
+    properties.number("the smaller z of their grains, m,", |row| {
+        least(row, &bodies.z)
+    });
+    if bodies.in_space() {
+        properties.number("the smaller y of their grains, m,", |row| {
+            least(row, &bodies.y)
+        });
+    }
     properties.number("their x, m,", |row| row.contact.point[0]);
     properties.number("their z, m,", |row| row.contact.point[1]);
     properties.number("their normal force, N,", |row| row.contact.normal_force);
-    properties.told("contacts", wrong.len())
+    properties.told(what, wrong.len())
 }
 
 /// The columns of velocities and spins in which grains are off, as far as one in a hundred of the largest difference.
@@ -326,7 +359,7 @@ pub(crate) fn of_grains(
     if bodies.spin.len() == bodies.len() {
         properties.number("their spin, rad/s,", |id| bodies.spin[*id].abs());
     }
-    properties.told("grains", wrong.len())
+    properties.told("grains are wrong", wrong.len())
 }
 
 /// What the laws of all states that are wrong have and those of no other: which part of the law it is.
@@ -403,12 +436,14 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
     properties.number("k_s/k_n", |(case, _)| case.model.law.stiffness_ratio);
     properties.number("α", |(case, _)| case.model.alpha);
     let count = properties.wrong.iter().filter(|wrong| **wrong).count();
-    properties.told("states", count)
+    properties.told("states are wrong", count)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Properties;
+    use super::{Properties, of_contacts};
+    use crate::contacts::Table;
+    use crate::spheres::reference;
 
     fn split(count: usize, wrong: &dyn Fn(usize) -> bool) -> Option<String> {
         let all: Vec<usize> = (0..count).collect();
@@ -435,6 +470,34 @@ mod tests {
             Some(among)
         );
         assert_eq!(split(200, &|at| at % 7 == 0), None);
+    }
+
+    /// A grid that ends before the bed does, and boxes that are forgotten.
+    #[test]
+    fn contacts_that_are_missing_have_a_place() {
+        let reference = reference().expect("a bed");
+        let told = |is_missing: &dyn Fn(&crate::contacts::Row, &[f64]) -> bool, key: &str| {
+            let mut states = reference.states().iter();
+            let state = states.find(|state| state.key.starts_with(key)).expect(key);
+            let own = &grains::variant::run(&state.case, &Default::default())[0];
+            let rows = Table::from(own).rows();
+            let missing = rows.filter(|row| is_missing(row, &own.bodies.x));
+            let missing: Vec<_> = missing.map(|row| row.ids()).collect();
+            let what = ("contacts are missing", &missing[..]);
+            of_contacts(&state.case, None, own, what, &|_| true).unwrap_or_default()
+        };
+        let far = |row: &crate::contacts::Row, x: &[f64]| {
+            let ends = [row.contact.id1, row.contact.id2];
+            ends.iter().all(|id| x.get(*id as usize).is_some_and(|x| *x > 0.03))
+        };
+        let said = told(&far, "space-3-pouring");
+        assert!(
+            said.contains("missing where they are of two grains and the smaller x of their grains"),
+            "{said}"
+        );
+        let walls = |row: &crate::contacts::Row, x: &[f64]| row.contact.id1 as usize >= x.len() + 5;
+        let said = told(&walls, "space-13-under-punch");
+        assert!(said.contains("missing where they are at boxes"), "{said}");
     }
 
     #[test]

@@ -75,7 +75,13 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
         }
         false => {
             let among = |ids: (u32, u32)| all.contains(&Of::Contact(ids.0, ids.1));
-            conditions::of_contacts(case, before, &moments[at], &contacts, &among)
+            conditions::of_contacts(
+                case,
+                before,
+                &moments[at],
+                ("contacts are wrong", &contacts),
+                &among,
+            )
         }
     };
     condition.unwrap_or_else(|| format!("{} of {}", off.len(), rows.len()))
