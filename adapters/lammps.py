@@ -38,7 +38,7 @@ COMPUTES = [
     "compute between all property/local patom1 patom2 cutoff radius",
     "compute pushing all pair/local force p1 p2 p3 cutoff radius",
     'variable local string ""',
-    'if "$(version) > 20230000" then \'variable local string "inputs local"\'',
+    'if "$(version) > 20240000" then \'variable local string "inputs local"\'',
     "compute known all reduce sum c_between[1] c_pushing[1] ${local}",
 ]
 IDS = "c_between[1] c_between[2] c_pushing[1]"
