@@ -91,9 +91,7 @@ fn page(rows: &[String], about: &str) -> String {
         force of a run. What a step of the run's length costs is what the model itself is off. Bold is off by more than that, or from the \
         model's step by more than 1e-11. A dash: the engine lacks what the test needs. \
          A dashpot along the tangent that acts only while a contact sticks (rule `while_sticking`) turns on and off, and a step costs more \
-         than where it is limited together with the spring. \
-         Where liggghts is in bold, contacts begin with an overlap of zero: there its spring, which keeps a displacement, has the slip of one \
-         step more.\n\n| test |"
+         than where it is limited together with the spring.\n\n| test |"
         .to_owned();
     for key in ENGINES {
         write!(page, " {key} |").expect("a text");

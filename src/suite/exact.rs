@@ -10,9 +10,11 @@ use grains::vector::{hypot, plus, times};
 
 /// How far an engine may be from the model's step, over the largest speed, way or force of a case.
 pub const ROUNDING: f64 = 1.0e-11;
-/// Steps are halved until two limits are as near as this, and so often at most.
+/// Steps are divided by three until two limits are as near as this, and so often at most. What happens in the middle of a step is in
+/// the middle of one of all the shorter steps.
 pub const CONVERGED: f64 = 1.0e-9;
-const HALVINGS: usize = 8;
+const SHORTER: u64 = 3;
+const DIVISIONS: u32 = 5;
 
 /// Whether tracks of these cases are the model's under an engine's own rules, to rounding.
 pub fn follow_rules(cases: &[Case], tracks: &[Track], rules: Rules) -> bool {
@@ -34,21 +36,21 @@ pub struct Known {
 
 impl Known {
     pub fn new(case: &Case) -> Self {
-        let halved = |halvings: usize| {
-            let factor = 1u64 << halvings;
+        let divided = |divisions: u32| {
+            let factor = SHORTER.pow(divisions);
             let mut case = case.clone();
             case.model.dt /= factor as f64;
             case.moments.iter_mut().for_each(|moment| *moment *= factor);
             run(&case, &Variant::default())
         };
-        let step = numbers(case, &halved(0));
+        let step = numbers(case, &divided(0));
         // Romberg's table: errors go by whole powers of the step, but for those of a contact that slips or ends within one.
         let mut row = vec![step.clone()];
         let (mut exact, mut spread) = (step.clone(), f64::INFINITY);
-        for halvings in 1..=HALVINGS {
-            let mut next = vec![numbers(case, &halved(halvings))];
+        for divisions in 1..=DIVISIONS {
+            let mut next = vec![numbers(case, &divided(divisions))];
             for (order, before) in row.iter().enumerate().take(3) {
-                let share = 1.0 / ((1u64 << (order + 1)) as f64 - 1.0);
+                let share = 1.0 / (SHORTER.pow(order as u32 + 1) as f64 - 1.0);
                 let last = &next[order];
                 let better = last.iter().zip(before);
                 next.push(better.map(|(a, b)| a + share * (a - b)).collect());
