@@ -168,7 +168,8 @@ fn what_yades_parameters_mean_in_space() {
 fn what_lammps_parameters_mean_in_space() {
     let (text, _) = ends(&new_folder(), 0, &"engine card lammps --quiet".words());
     let told = [
-        "AGREED: All 210 constants",
+        "AGREED: All 220 constants",
+        "as it declares: moments_at_walls = none",
         "as it declares: slip = unstretched",
         "as it declares: spring_turn = keeps_length",
         "as it declares: tangential_dashpot = within_limit",
