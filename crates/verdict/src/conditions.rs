@@ -488,15 +488,19 @@ mod tests {
         };
         let far = |row: &crate::contacts::Row, x: &[f64]| {
             let ends = [row.contact.id1, row.contact.id2];
-            ends.iter().all(|id| x.get(*id as usize).is_some_and(|x| *x > 0.03))
+            ends.iter()
+                .all(|id| x.get(*id as usize).is_some_and(|x| *x > 0.03))
         };
         let said = told(&far, "space-3-pouring");
         assert!(
             said.contains("missing where they are of two grains and the smaller x of their grains"),
             "{said}"
         );
-        let walls = |row: &crate::contacts::Row, x: &[f64]| row.contact.id1 as usize >= x.len() + 5;
-        let said = told(&walls, "space-13-under-punch");
+        // Behind five walls, before the punch.
+        let boxes = |row: &crate::contacts::Row, x: &[f64]| {
+            (x.len() + 5..x.len() + 7).contains(&(row.contact.id1 as usize))
+        };
+        let said = told(&boxes, "space-13-under-punch");
         assert!(said.contains("missing where they are at boxes"), "{said}");
     }
 
