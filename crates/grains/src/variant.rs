@@ -111,8 +111,9 @@ impl Key {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Input {
-    /// The radii of which springs are made.
+    /// The radii of which springs are made, and that along the tangent alone.
     StiffnessRadii,
+    TangentialRadii,
     /// The materials of which the spring along the normal, or along the tangent, is made.
     NormalMaterials,
     TangentialMaterials,

@@ -167,21 +167,17 @@ pub(crate) fn of_contacts(
             row.contact.id1 == wall
         });
     }
-    let kinds: [(&str, fn(&Surface) -> bool); 3] = [
-        ("planes", |shape| matches!(shape, Surface::Plane { .. })),
-        ("triangles", |shape| {
-            matches!(shape, Surface::Triangle { .. })
-        }),
-        ("boxes", |shape| matches!(shape, Surface::Box { .. })),
-    ];
-    for (name, is_kind) in kinds {
+    let first = ids.wall(case.model.walls.len());
+    for name in ["planes", "triangles", "boxes"] {
         properties.add(format!("they are at {name}"), |row| {
-            let index = row
-                .contact
-                .id1
-                .checked_sub(ids.wall(case.model.walls.len()));
+            let index = row.contact.id1.checked_sub(first);
             let obstacle = index.and_then(|index| case.model.obstacles.get(index as usize));
-            obstacle.is_some_and(|obstacle| is_kind(&obstacle.shape))
+            let kind = obstacle.map(|obstacle| match obstacle.shape {
+                Surface::Plane { .. } => "planes",
+                Surface::Triangle { .. } => "triangles",
+                Surface::Box { .. } => "boxes",
+            });
+            kind == Some(name)
         });
     }
     properties.add("they are at the punch", |row| {

@@ -90,7 +90,7 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
     });
     let radii = plays_a_part(case, Needs::Radii);
     let materials = !law.materials.is_empty();
-    let turns = law.rotates();
+    let (turns, rubs) = (law.rotates(), law.has_friction());
     let is_hertz = law.contact.springs == Springs::HertzMindlin;
     let by_mass = matches!(
         law.contact.viscosity,
@@ -102,8 +102,9 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
         .is_some_and(|rolling| rolling.limit.is_some());
     let is_used = move |input: Input| match input {
         Input::StiffnessRadii => radii,
+        Input::TangentialRadii => radii && rubs,
         Input::NormalMaterials => materials,
-        Input::TangentialMaterials | Input::FrictionAngles => materials && law.has_friction(),
+        Input::TangentialMaterials | Input::FrictionAngles => materials && rubs,
         Input::Masses => radii && by_mass,
         Input::RollingRadii => radii && limited,
         Input::SlipRadii | Input::TorqueArms => radii && turns,
@@ -137,8 +138,12 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
 }
 
 /// In words.
-const INPUTS: [(Input, &str); 8] = [
-    (Input::StiffnessRadii, "radius in its springs"),
+const INPUTS: [(Input, &str); 9] = [
+    (Input::StiffnessRadii, "radius in the springs"),
+    (
+        Input::TangentialRadii,
+        "radius in the spring along the tangent",
+    ),
     (
         Input::NormalMaterials,
         "material in the spring along the normal",
@@ -147,7 +152,7 @@ const INPUTS: [(Input, &str); 8] = [
         Input::TangentialMaterials,
         "material in the spring along the tangent",
     ),
-    (Input::Masses, "mass in its dashpots"),
+    (Input::Masses, "mass in the dashpots"),
     (Input::FrictionAngles, "friction angle"),
     (
         Input::RollingRadii,
@@ -252,18 +257,18 @@ pub fn in_words(form: Form) -> String {
         Form::NoTorqueOfFlatBodies => "walls and punch do not turn grains".into(),
         Form::TakenFor(input, whose, alone) => {
             let whose = match whose {
-                Whose::First => "that of the first body",
-                Whose::Second => "that of the second body",
+                Whose::First => "the first one's",
+                Whose::Second => "the second one's",
                 Whose::Smaller => "the smaller one",
                 Whose::Larger => "the larger one",
                 Whose::Mean => "the mean",
             };
             let place = match alone {
-                Alone::Everywhere => "",
-                Alone::BetweenGrains => " of two grains",
-                Alone::AtObstacles => " at a wall, the punch or an obstacle",
+                Alone::Everywhere => "bodies",
+                Alone::BetweenGrains => "grains",
+                Alone::AtObstacles => "bodies at walls, punch and obstacles",
             };
-            format!("a contact{place} takes {whose} for both: the {}", INPUTS[input as usize].1)
+            format!("the {} is {whose} for both {place}", INPUTS[input as usize].1)
         }
         Form::FrictionOf([at, whose]) => {
             let names = [at, whose].map(|body| ["between grains", "at walls", "at the punch"][body as usize]);

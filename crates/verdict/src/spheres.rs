@@ -146,6 +146,7 @@ const LAWS: [(&str, Change); 17] = [
             model,
             vec![box_at([0.35, 0.3], 0.0), box_at([0.7, 0.75], 0.5)],
         );
+        set_in_motion(model);
     }),
     ("Hertz–Mindlin with adhesion of DMT", |model, _| {
         adhesive(&mut model.law.contact, AdhesionLaw::Dmt, ADHESION);
@@ -253,14 +254,18 @@ fn obstacles(model: &mut Model, bodies: &Bodies, number: u64) {
     floor_of(model, shapes);
     // Not in step with what is poured and what is under the punch.
     if (number / STILL).is_multiple_of(2) {
-        for obstacle in &mut model.obstacles {
-            obstacle.velocity = [0.03, -0.02, 0.01];
-            // A plane turns about its normal alone.
-            obstacle.spin = match obstacle.shape {
-                Surface::Plane { normal, .. } => times(0.5, normal),
-                _ => [0.3, -0.2, 0.4],
-            };
-        }
+        set_in_motion(model);
+    }
+}
+
+fn set_in_motion(model: &mut Model) {
+    for obstacle in &mut model.obstacles {
+        obstacle.velocity = [0.03, -0.02, 0.01];
+        // A plane turns about its normal alone.
+        obstacle.spin = match obstacle.shape {
+            Surface::Plane { normal, .. } => times(0.5, normal),
+            _ => [0.3, -0.2, 0.4],
+        };
     }
 }
 

@@ -207,6 +207,7 @@ impl Reference {
             }
         };
         let radii = self.numbers(Input::StiffnessRadii, first, radii);
+        let tangential_radii = self.numbers(Input::TangentialRadii, first, radii);
         let [one, two] = solids;
         let [of_normal, of_tangential] = [Input::NormalMaterials, Input::TangentialMaterials]
             .map(|input| self.variant.taken_for(input, first))
@@ -225,12 +226,13 @@ impl Reference {
                 }
             }
             Springs::HertzMindlin => {
-                let radius = match self.rules().wall_radius {
-                    WallRadius::Flat if first != Body::Grain => radii[1],
-                    _ => radii[0] * radii[1] / (radii[0] + radii[1]),
+                let mixed = |[one, two]: [f64; 2]| match self.rules().wall_radius {
+                    WallRadius::Flat if first != Body::Grain => two,
+                    _ => one * two / (one + two),
                 };
-                let [[k_n, _], [_, k_s]] =
-                    [of_normal, of_tangential].map(|[one, two]| one.hertz_mindlin(two, radius));
+                let radius = mixed(radii);
+                let [[k_n, _], [_, k_s]] = [(of_normal, radii), (of_tangential, tangential_radii)]
+                    .map(|([one, two], radii)| one.hertz_mindlin(two, mixed(radii)));
                 let energy = law.contact.adhesion.unwrap_or(0.0);
                 let pull = match law.holds() {
                     true => 3.0 * PI * radius * energy,
