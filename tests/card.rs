@@ -113,7 +113,7 @@ fn faults_of_laws_in_space_are_told() {
         ),
         (
             "rolling=4",
-            "bending stiffness at wall in space: 0 times what is right (3 more)",
+            "bending stiffness at wall in space: as with moments_at_walls = none (11 more)",
         ),
         // Of the spins' sum, which are as 1 and −4.
         (

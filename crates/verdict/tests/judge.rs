@@ -269,6 +269,8 @@ fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
         "η",
         "γ",
         "E of",
+        "velocity of obstacles",
+        "spin of obstacles",
     ];
     let is_planar = |constant: &Constant| {
         let mut others = not_planar.iter();

@@ -216,8 +216,8 @@ impl Reference {
             });
         let (mut k_n, mut k_s, pull) = match law.contact.springs {
             Springs::Linear => {
-                let [[a, b], [c, d]] = [of_normal, of_tangential]
-                    .map(|[one, two]| [one.modulus * radii[0], two.modulus * radii[1]]);
+                let [[a, b], [c, d]] = [(of_normal, radii), (of_tangential, tangential_radii)]
+                    .map(|([one, two], radii)| [one.modulus * radii[0], two.modulus * radii[1]]);
                 let [one, two] = of_tangential;
                 let [c, d] = [c * one.stiffness_ratio, d * two.stiffness_ratio];
                 match law.has_dashpots() {
