@@ -147,7 +147,7 @@ fn faults_of_laws_in_space_are_told() {
         ),
         (
             "friction_of=1",
-            "friction coefficient at two materials in space: 1.7521 times what is right",
+            "friction coefficient at two materials in space: as with a law where the friction angle is the first one's for both bodies",
         ),
     ];
     for (fault, words) in told {

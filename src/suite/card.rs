@@ -19,7 +19,7 @@ use asked::{About, Kind, Quantity, quantities};
 use grains::constant::Constant;
 use grains::rules::{Choice, Rules};
 use grains::task::Case;
-use grains::variant::{Form, Variant, run};
+use grains::variant::{Alone, Form, Variant, run};
 use pictures::{Line, lines, pictures};
 use verdict::forms::{candidates, in_words, other_rules};
 
@@ -56,8 +56,13 @@ impl Otherwise {
     /// All that makes a difference in this case.
     fn all(case: &Case) -> Vec<Otherwise> {
         let rules = other_rules(case).map(Form::Rule);
-        let is_rule = |form: &Form| matches!(form, Form::Rule(_));
-        let others = candidates(case).into_iter().filter(|form| !is_rule(form));
+        // A case is of one kind of contact, of which an input needs no word.
+        let is_said = |form: &Form| match form {
+            Form::Rule(_) => false,
+            Form::TakenFor(.., alone) => *alone == Alone::Everywhere,
+            _ => true,
+        };
+        let others = candidates(case).into_iter().filter(is_said);
         let forms = rules.chain(others).map(Otherwise::Form);
         let angle = case.model.law.friction_angle;
         let of_angle = [
@@ -81,7 +86,7 @@ impl Otherwise {
     fn name(self) -> String {
         match self {
             Otherwise::Form(Form::Rule(choice)) => choice.name(),
-            Otherwise::Form(form) => in_words(form),
+            Otherwise::Form(form) => format!("a law where {}", in_words(form)),
             Otherwise::Times(constant, _, name) => format!("{} × {name}", constant.name()),
         }
     }
