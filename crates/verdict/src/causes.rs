@@ -41,8 +41,8 @@ pub struct Cause {
     /// Other forms that explain it as well.
     #[serde(serialize_with = "in_words")]
     pub also: Vec<Form>,
-    /// Laws before this one have these constants right.
-    pub right_before: bool,
+    /// Laws that are not drawn have these constants, and nothing is off under them.
+    pub under_drawn_alone: bool,
     /// With them the engine stays among the replicas for its first ten steps and the one with which it left them.
     pub explained: bool,
     /// Grains that are farther off than rounding takes them, at the first moment at which there are any, though the constants
@@ -122,9 +122,9 @@ impl Cause {
                 format!("equal to rounding with {with}; look at {look_at}{and}{forms}")
             }
         };
-        if self.right_before {
+        if self.under_drawn_alone {
             said = format!(
-                "{said}; under {}, while the laws before it have it right",
+                "{said}; so under {}, while nothing is off under the usual laws, which have this too",
                 self.law
             );
         }
@@ -220,7 +220,6 @@ pub(crate) fn causes(
     let mut known = Variant::default();
     let mut fitted: Vec<Constant> = Vec::new();
     let mut judged: Vec<Form> = Vec::new();
-    let mut right: Vec<Constant> = Vec::new();
     let mut laws: Vec<&str> = all
         .iter()
         .map(|answered| answered.asked.law.as_str())
@@ -245,7 +244,6 @@ pub(crate) fn causes(
             ruled_out: &ruled_out,
         };
         if tried.is_explained(&known) {
-            right.extend(tried.free(&[]));
             continue;
         }
         let mut told = [declared].into_iter().chain(declared.chunks(1));
@@ -257,12 +255,7 @@ pub(crate) fn causes(
             let explains = variant != known && tried.is_explained(&variant);
             explains.then(|| tried.cause(Fit::known(variant), true, Vec::new()))
         });
-        let mut cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
-        cause.right_before = !cause.constants.is_empty()
-            && cause
-                .constants
-                .iter()
-                .all(|fitted| right.contains(&fitted.constant));
+        let cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
         let before = std::mem::replace(&mut known, cause.variant.clone());
         fitted.extend(tried.free(&fitted));
         // A length that is not quite met leaves a few grains in every law: that was said.
@@ -506,7 +499,7 @@ impl Tried<'_> {
             tied: fit.tied,
             forms: fit.variant.forms.clone(),
             variant: fit.variant,
-            right_before: false,
+            under_drawn_alone: false,
             explained,
             also,
             left,

@@ -663,12 +663,14 @@ impl Reference {
                 (&answered.asked.case, is_wrong)
             });
             judgement.condition = conditions::of_states(&states.collect::<Vec<_>>());
+            let usual = all.iter().filter(|answered| !answered.asked.drawn);
+            let usual: Vec<Case> = usual.map(|answered| answered.asked.case.clone()).collect();
             // The first of the drawn states that differs tells most, where no other does.
             let differs = |answered: &Answered| answered.verdict() == Verdict::Different;
-            match all
+            let usual_differ = all
                 .iter()
-                .any(|answered| !answered.asked.drawn && differs(answered))
-            {
+                .any(|answered| !answered.asked.drawn && differs(answered));
+            match usual_differ {
                 true => all.retain(|answered| !answered.asked.drawn),
                 false => {
                     let first = all.iter().position(differs);
@@ -677,6 +679,11 @@ impl Reference {
                 }
             }
             judgement.causes = causes(&all, resolution, declared, progress);
+            for cause in judgement.causes.iter_mut().filter(|_| !usual_differ) {
+                let mut constants = cause.constants.iter();
+                cause.under_drawn_alone = !cause.constants.is_empty()
+                    && constants.all(|fitted| usual.iter().any(|case| fitted.constant.is_in(case)));
+            }
         }
         Ok(judgement)
     }

@@ -382,6 +382,25 @@ fn several_wrong_constants_are_found_at_once() {
 }
 
 /// Springs that are all stiffer by the same share, as far as it is known, are said once.
+/// Of a value that is cut in one law the factor is not said to be that of all.
+#[test]
+fn what_is_off_under_drawn_laws_alone_is_said_to_be() {
+    let judgement = judged(&mut |cases| {
+        let run = |at: usize| -> Answer {
+            let mut case = cases[at].clone();
+            case.model.alpha = case.model.alpha.min(0.9);
+            Ok(variant::run(&case, &Variant::default()))
+        };
+        Ok(in_parallel(cases.len(), run))
+    });
+    assert_eq!(judgement.verdict(), Verdict::Different);
+    let said = judgement.causes[0].sentence();
+    assert!(
+        said.contains("nothing is off under the usual laws"),
+        "{said}"
+    );
+}
+
 #[test]
 fn one_stiffness_for_all_springs_is_one_cause() {
     let causes_of = |of_wall, of_punch, error| {
