@@ -49,9 +49,41 @@ fn every_engine_is_still_where_it_was_recorded() {
     of_debian.retain(|(key, _)| key != "kratos");
     let recorded = read_text(&made, 1 << 24).expect("a record");
     assert_eq!(verdicts(&recorded), of_debian);
+    for (key, rules) in [
+        // LAMMPS limits dashpots along the tangent together with the spring, and its moments are of a force.
+        (
+            "lammps",
+            json!({"tangential_dashpot": "within_limit", "moment_turn": "as_force"}),
+        ),
+        // LIGGGHTS keeps the way that contacts slipped.
+        ("liggghts", json!({"spring_memory": "displacement"})),
+    ] {
+        judged_in_all_states(&recorded, key, &rules);
+    }
     for view in ["conformance.md", "report.html", "figures/engines.csv"] {
         let text = read_text(&folder.join("table").join(view), 1 << 24).expect("a view");
         has(&text, ["ESyS-Particle", "equal to rounding"]);
+    }
+}
+
+/// This engine of a table is equal to rounding in every state, in space too, under rules among which these are.
+fn judged_in_all_states(record: &str, key: &str, rules: &Value) {
+    let record: Value = serde_json::from_str(record).expect("JSON");
+    let mut engines = record["engines"].as_array().expect("engines").iter();
+    let found = &engines.find(|row| row["key"] == key).expect("there")["found"];
+    for (rule, choice) in rules.as_object().expect("rules") {
+        assert_eq!(found["engine"]["rules"][rule], *choice, "{key}: {rule}");
+    }
+    let starts = found["first_steps"]["starts"].as_array().expect("states");
+    let equal = |start: &&Value| start["verdict"] == "equal_to_rounding";
+    // Four under each of four laws, eight with other constants and choices, 24 drawn laws, a large one, eleven as a scene at least,
+    // and in space eight and twelve drawn laws.
+    let states = starts.iter().filter(equal).count();
+    assert!(states >= 80, "{key}: {states}");
+    for named in ["150 spheres in space", "Hertz–Mindlin of four materials"] {
+        let is_named = |start: &&Value| start.to_string().contains(named);
+        let of_these: Vec<_> = starts.iter().filter(is_named).collect();
+        assert!(of_these.iter().any(equal), "{key}, {named}: {of_these:?}");
     }
 }
 

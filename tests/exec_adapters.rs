@@ -376,43 +376,6 @@ fn with_many_radii_both_have_classes_of_them_and_say_so() {
 }
 
 #[test]
-#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
-fn engine_check_finds_both_equal_to_rounding_under_their_rules_in_all_states_of_a_bed_of_one_radius()
- {
-    let folder = &folder_with(&narrow_scene(0.0));
-    for name in ADAPTERS {
-        let engine = adapter(name);
-        let check = format!("engine check {engine} --quiet --grains 100 --dispersion 0");
-        let (text, _) = ends(folder, 0, &check.words());
-        let states = text.matches("equal to rounding  ").count();
-        has(
-            &text,
-            [
-                "AGREED: Equal to rounding",
-                "150 spheres in space",
-                "Hertz–Mindlin of four materials",
-            ],
-        );
-        // Four under each of four laws, eight with other constants and choices, 24 drawn laws, a large one, eleven as a scene at
-        // least, and in space eight and twelve drawn laws.
-        assert!(states >= 80, "{states}: {text}");
-        // LAMMPS limits dashpots along the tangent together with the spring, and its moments are of a force; LIGGGHTS keeps the way
-        // that contacts slipped.
-        let said: &[&str] = match name {
-            "lammps.py" => &[
-                "tangential_dashpot = within_limit",
-                "moment_turn = as_force",
-                "Hertz–Mindlin with moments",
-            ],
-            _ => &["spring_memory = displacement"],
-        };
-        for words in said {
-            has(&text, [*words]);
-        }
-    }
-}
-
-#[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and ESyS-Particle")]
 fn the_settle_rule_counts_the_energy_that_was_seen_before() {
     let scene = narrow_scene(0.05);

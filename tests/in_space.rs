@@ -125,6 +125,26 @@ fn a_column_of_spheres_ends_as_a_heap_the_steeper_the_rougher_they_are() {
     );
 }
 
+/// A tenth of the example. With the plane's stiffness, 80 times a slab's of this depth, the force is there as an impact.
+#[test]
+fn the_papers_box_as_a_slab_bears_the_load_after_many_steps_of_the_punch() {
+    let folder = &new_folder();
+    let mut scene = json_of(root("examples/paper-in-a-slab.json"));
+    scene["particles"]["count"] = 500.into();
+    scene["box"]["width"] = 0.1.into();
+    fs::write(folder.join("scene.json"), scene.to_string()).expect("writable");
+    let run = "run scene.json --engine native --quiet --out slab";
+    ends(folder, 0, &run.words());
+    let record = json_of(folder.join("slab/run.json"));
+    let stages = &record["stages"];
+    assert_eq!(
+        (&stages[0]["stop"], &stages[1]["stop"]),
+        (&json!("settled"), &json!("reached"))
+    );
+    let pressed = stages[1]["steps"].as_u64().expect("a number");
+    assert!(pressed > 1000, "{pressed}");
+}
+
 #[test]
 fn runs_in_space_agree_by_their_bits_contacts_across_included() {
     let folder = &folder_in_space();

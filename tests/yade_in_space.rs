@@ -1,5 +1,7 @@
 //! Spheres in space against the real YADE, to the bit. Without the feature `yade` these tests are listed as ignored.
 
+use std::ops::Range;
+
 use chacha20::ChaCha8Rng;
 use crossgrain::compare::compare;
 use crossgrain::engine::yade;
@@ -150,18 +152,21 @@ fn poured_spheres_have_the_bits_of_yade() {
     assert!(contacts > 2000, "{contacts}");
 }
 
+fn rolling() -> Rolling {
+    Rolling {
+        bending_stiffness: 0.5,
+        twisting_stiffness: 0.3,
+        limit: Some(0.1),
+    }
+}
+
 /// Each term of the laws, in fewer spheres.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn each_term_in_space_has_the_bits_of_yade() {
-    let rolling = Rolling {
-        bending_stiffness: 0.5,
-        twisting_stiffness: 0.3,
-        limit: Some(0.1),
-    };
     let elastic = Rolling {
         limit: None,
-        ..rolling
+        ..rolling()
     };
     let tension = Tension::Clipped;
     let mut unlike = linear();
@@ -202,7 +207,7 @@ fn each_term_in_space_has_the_bits_of_yade() {
             "limited moments",
             hertzian(|law| {
                 law.viscosity = restitution(0.6);
-                law.rolling = Some(rolling);
+                law.rolling = Some(rolling());
             }),
         ),
         ("adhesion", hertzian(|law| law.adhesion = Some(1.0))),
@@ -297,11 +302,6 @@ fn boxes(still: bool) -> Vec<Obstacle> {
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn obstacles_have_the_bits_of_yade() {
     let moments = [0, 1, 10, 100, 1000, 3000, 6000];
-    let rolling = Rolling {
-        bending_stiffness: 0.5,
-        twisting_stiffness: 0.3,
-        limit: Some(0.1),
-    };
     let laws = [
         ("linear", linear()),
         ("hertz", hertzian(|law| law.viscosity = restitution(0.6))),
@@ -309,7 +309,7 @@ fn obstacles_have_the_bits_of_yade() {
             "moments",
             hertzian(|law| {
                 law.viscosity = restitution(0.6);
-                law.rolling = Some(rolling);
+                law.rolling = Some(rolling());
             }),
         ),
     ];
@@ -347,12 +347,14 @@ fn obstacles_have_the_bits_of_yade() {
     assert!(at_obstacles > 300, "{at_obstacles}");
 }
 
-/// The scene of the examples, poured by both engines and compared as any two runs are.
+/// The scene of the examples with moments, poured by both engines onto triangles and boxes and pressed, and compared as any two runs are.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
-fn a_scene_in_space_has_the_bits_of_yade_under_the_punch_too() {
+fn a_scene_of_800_spheres_has_the_bits_of_yade_under_the_punch_too() {
     let mut scene = json_scene("examples/poured-spheres.json");
-    scene.particles.count = 300;
+    scene.contact.rolling = Some(rolling());
+    scene.obstacles = bumpy(8, 0.003, 0.0, 0.0);
+    scene.obstacles.extend(boxes(true));
     scene.measurement.history_every = 500;
     // At the second look the bed has less energy than at the first, so pouring ends there.
     scene.settle.check_every = 6_000;
@@ -367,9 +369,18 @@ fn a_scene_in_space_has_the_bits_of_yade_under_the_punch_too() {
     assert!(comparison.same_bits, "{}", comparison.answer());
     assert_eq!(native.record.stages.len(), 2);
     assert_eq!(native.last.across, yade.last.across);
-    let punch = scene.particles.count + 5;
-    let mut contacts = native.last.contacts.iter();
-    assert!(contacts.any(|contact| contact.id1 == punch));
+    let count = scene.particles.count;
+    assert_eq!(count, 800);
+    let obstacles = count + 5..count + 5 + scene.obstacles.len() as u32;
+    let meets = |ids: Range<u32>| {
+        native
+            .last
+            .contacts
+            .iter()
+            .any(|contact| ids.contains(&contact.id1))
+    };
+    assert!(meets(obstacles.clone()), "triangles and boxes");
+    assert!(meets(obstacles.end..obstacles.end + 1), "the punch");
 }
 
 /// A column of spheres that collapses.
@@ -391,25 +402,6 @@ fn a_column_of_spheres_has_the_bits_of_yade() {
         .iter()
         .fold(0.0, |far: f64, x| far.max(*x));
     assert!(farthest > 0.11, "{farthest}");
-}
-
-/// The same onto triangles and boxes.
-#[test]
-#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
-fn a_scene_with_obstacles_has_the_bits_of_yade() {
-    let mut scene = json_scene("examples/poured-spheres.json");
-    scene.particles.count = 200;
-    scene.measurement.history_every = 500;
-    scene.settle.max_steps = 6_000;
-    scene.obstacles = bumpy(8, 0.003, 0.0, 0.0);
-    scene.obstacles.extend(boxes(true));
-    let native = native_run(&scene, sound(), Protocol::Whole);
-    let yade = run_of(&scene, &yade::Options::default(), Protocol::Whole);
-    let comparison = compare(&native, &yade, None);
-    assert!(comparison.same_bits, "{}", comparison.answer());
-    let first = scene.particles.count + 5;
-    let mut contacts = native.last.contacts.iter();
-    assert!(contacts.any(|contact| contact.id1 >= first));
 }
 
 fn json_scene(path: &str) -> Scene {
