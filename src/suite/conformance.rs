@@ -24,6 +24,7 @@ use verdict::envelope::Resolution;
 use verdict::excerpt::Excerpt;
 use verdict::invariance::{Depth, Held, Itself, RELATIONS, Relation};
 use verdict::judge::{Judgement, Verdict};
+use verdict::starts;
 
 /// The ids of the checks of first steps begin with this.
 const FIRST_STEPS: &str = "engine/first-steps";
@@ -47,9 +48,15 @@ impl Conformance {
         {
             return Verdict::Different;
         }
-        let mut checks = self.checks.iter();
-        if self.engine.own_law.is_some() && checks.any(|check| check.outcome == Outcome::Pass) {
-            return Verdict::ConsistentWithItself;
+        // Where nothing presses, relations hold of nothing.
+        let presses = |check: &Check| {
+            check.id == format!("{ITSELF}contacts") && check.outcome == Outcome::Pass
+        };
+        if self.engine.own_law.is_some() {
+            return match self.checks.iter().any(presses) {
+                true => Verdict::ConsistentWithItself,
+                false => Verdict::Undecided,
+            };
         }
         match &self.first_steps {
             Some(first_steps) if self.refused().is_none() => first_steps.verdict(),
@@ -102,8 +109,10 @@ impl Conformance {
         if engine.own_law.is_some() {
             let about = format!(
                 "It has a contact law of its own. States of a bed of {} grains are changed, run, and changed back; how far rounding takes the engine is \
-                 told by its runs from starts with other last digits. What it does to every grain alike and nothing here changes is not seen.",
-                verdict::invariance::GRAINS
+                 told by its runs from starts with other last digits. What it does to every grain alike and nothing here changes is not seen, nor is what \
+                 begins after {} steps, with more grains or with more contacts than are told of.",
+                verdict::invariance::GRAINS,
+                starts::MOMENTS[starts::MOMENTS.len() - 1]
             );
             sections.push(Section::new("Against itself", about));
         }
@@ -304,7 +313,7 @@ fn against_itself(
             return found.add("itself/beds", what, Err(Trouble::Engine(error)));
         }
     };
-    let asked = |relation: &&Relation| relation.is_asked(depth, &itself);
+    let asked = |relation: &&Relation| relation.is_asked(depth);
     for relation in RELATIONS.iter().filter(asked) {
         progress(relation.name);
         let said = match relation.held(&itself, &mut run) {

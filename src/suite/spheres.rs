@@ -551,7 +551,7 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
         ),
         (
             "lammps-rolling",
-            "LAMMPS' rolling decay, incline and twist decay: moments against rolling and twisting",
+            "LAMMPS' rolling decay, incline and twist decay: moments with a limit",
             vec![
                 on(
                     "decay",
@@ -561,6 +561,19 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
                     6000,
                 ),
                 on("incline", rolls(Some(0.1), 1.0), incline, ball(sunk), 6000),
+                on(
+                    "twist",
+                    rolls(Some(0.02), 1.0),
+                    weight,
+                    ball(sunk).spinning([0.0, 0.0, 5.0]),
+                    6000,
+                ),
+            ],
+        ),
+        (
+            "moments",
+            "Moments without a limit: a sphere swings on a plane, and turns back from a twist",
+            vec![
                 on("swings", rolls(None, 25.0), weight, swinging, 6000),
                 on(
                     "twist",

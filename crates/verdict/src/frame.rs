@@ -43,6 +43,9 @@ impl Frame {
         [-4.0 / 9.0, 7.0 / 9.0, 4.0 / 9.0],
     ]);
 
+    /// In the plane by an angle that is no quarter, whose sine and cosine are 3/5 and 4/5.
+    pub const ASLANT: Frame = Frame::turned([[0.8, 0.0, -0.6], [0.0, 1.0, 0.0], [0.6, 0.0, 0.8]]);
+
     const fn turned(matrix: [[f64; 3]; 3]) -> Self {
         Frame {
             matrix,
