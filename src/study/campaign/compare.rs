@@ -497,7 +497,16 @@ impl Comparison {
     fn answer(&self) -> String {
         let verdict = format!("{}.", sentence(self.verdict.in_words()));
         let Some(judged) = &self.judged else {
-            return verdict;
+            let (common, [first, second]) = (self.bits.common, self.packings);
+            return match first.max(second) - common {
+                0 => verdict,
+                _ => format!(
+                    "{verdict} That is of the {common} realizations that both have; of the others, {} of the first and {} of the second, nothing is \
+                     said.",
+                    first - common,
+                    second - common
+                ),
+            };
         };
         let of_quantities = judged.quantities.iter();
         let all = of_quantities.filter_map(|compared| Some((compared.finding?, compared.title)));
