@@ -188,7 +188,9 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
     }
     if !found.unasked.is_empty() {
         let unasked = found.unasked.join(", ");
-        said += &format!(" Of {unasked} no state that it has the parts for says anything.");
+        said += &format!(
+            " Of {unasked} no state in the plane that it has the parts for says anything."
+        );
     }
     let rows = CATALOGUE
         .iter()
@@ -212,7 +214,7 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
     all.extend(sections(judgement));
     let rules_are = "It is judged by the rules that were found, otherwise than the model";
     let answer = format!(
-        "{} {} Whole jobs, stages and later steps were not looked at: `engine check` does that.",
+        "{} {} Spheres in space, whole jobs, stages and later steps were not looked at: `engine check` does that.",
         with_verdict(verdict, &said),
         sentence(&of_states(judgement, rules_are))
     );

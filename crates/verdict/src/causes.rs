@@ -97,7 +97,7 @@ impl Cause {
             };
             let (larger, error) = (fitted.larger, fitted.error);
             with.push(match fitted.constant.counted() {
-                Counted::Gravity => format!("{symbol} = {larger:.3e}·|g| ± {error:.0e}"),
+                Counted::Gravity => format!("{symbol} off by {larger:.3e}·|g| ± {error:.0e}"),
                 Counted::Radius => format!("{symbol} off by {larger:.3e} R ± {error:.0e}"),
                 Counted::Factor => {
                     let error = error.max(f64::EPSILON);
@@ -163,7 +163,7 @@ impl Cause {
                 format!("in {state} {condition}{numbers}")
             }
             (None, 1) => format!(
-                "in {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts{}",
+                "in {state} it sits on grain {of_grains} alone: look at its contacts, its mass and its radius{}",
                 numbers.map_or(String::new(), |said| format!("; {said}"))
             ),
             (None, _) if let Some(said) = numbers => format!("in {state} {said}"),

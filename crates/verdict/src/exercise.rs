@@ -3,12 +3,14 @@
 
 use std::collections::BTreeSet;
 
+use evidence::moments::mean;
+use grains::obstacle::Surface;
 use grains::rules::Choice;
 use grains::scene::{Springs, Viscosity};
 use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
 use grains::variant::{Form, Key, Variant};
-use grains::vector::Vector;
+use grains::vector::{Vector, cross, minus};
 use serde::Serialize;
 
 use crate::constants::kind_of_pair;
@@ -87,9 +89,36 @@ fn constants(case: &Case, see: &mut See<'_>) {
         see("its half-width", "m", punch.half_extents[0]);
         see("its half-height", "m", punch.half_extents[1]);
     }
+    if case.bodies.in_space() {
+        see("obstacles", "", model.obstacles.len() as f64);
+    }
+    let mean_radius = mean(&case.bodies.radius);
     for obstacle in &model.obstacles {
         see("speeds of obstacles", "m/s", size(obstacle.velocity));
         see("their spins", "rad/s", size(obstacle.spin));
+        match obstacle.shape {
+            Surface::Plane { .. } => {}
+            Surface::Triangle { vertices } => {
+                let edges = [0, 1, 2].map(|at| minus(vertices[(at + 1) % 3], vertices[at]));
+                let longest = edges.map(size).into_iter().fold(0.0, f64::max);
+                let area = 0.5 * size(cross(edges[0], edges[1]));
+                see("edges of triangles", "mean R", longest / mean_radius);
+                see(
+                    "their heights over edges",
+                    "",
+                    2.0 * area / (longest * longest),
+                );
+            }
+            Surface::Box { half_extents, .. } => {
+                for half in half_extents {
+                    see("half edges of boxes", "mean R", half / mean_radius);
+                }
+            }
+        }
+    }
+    for (radius, mass) in case.bodies.radius.iter().zip(&case.bodies.mass) {
+        see("radii", "mean R", radius / mean_radius);
+        see("masses", "kg", *mass);
     }
     let is_hertz = law.contact.springs == Springs::HertzMindlin;
     for solid in std::iter::once(law.solid(0)).chain(law.materials.iter().copied()) {
