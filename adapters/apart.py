@@ -21,7 +21,8 @@ def surroundings(folder):
     """What such a job finds: its files are in this folder, and its processes talk over memory that they share."""
     given = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
     return dict(
-        given, OMP_NUM_THREADS="1", OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_btl="self,vader", OMPI_MCA_orte_tmpdir_base=folder,
+        given, OMP_NUM_THREADS="1", OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_btl="self,vader", OMPI_MCA_pml="ob1",
+        OMPI_MCA_orte_tmpdir_base=folder,
         OMPI_MCA_btl_vader_backing_directory=folder, HWLOC_COMPONENTS="-gl", OMPI_ALLOW_RUN_AS_ROOT="1",
         OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
     )  # fmt: skip

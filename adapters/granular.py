@@ -99,14 +99,15 @@ class OneClass:
 
 
 def surroundings(folder):
-    """Without these Open MPI opens sockets that listen on every address, and hwloc asks for a display.
+    """Without these Open MPI opens sockets that listen on every address and looks for networks, which takes longer than most jobs, and
+    hwloc asks for a display.
 
     Its files are kept in the folder: in the common one, a program that ends removes what another one needs to begin.
     """
     given = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
     return dict(
-        given, OMP_NUM_THREADS="1", OMPI_MCA_btl="self", OMPI_MCA_ess_singleton_isolated="1", HWLOC_COMPONENTS="-gl",
-        OMPI_MCA_orte_tmpdir_base=folder,
+        given, OMP_NUM_THREADS="1", OMPI_MCA_btl="self", OMPI_MCA_pml="ob1", OMPI_MCA_ess_singleton_isolated="1",
+        HWLOC_COMPONENTS="-gl", OMPI_MCA_orte_tmpdir_base=folder,
     )  # fmt: skip
 
 

@@ -419,6 +419,7 @@ dump forces second custom 1 forces fx fy fz id\ndump_modify forces format line \
             .env("HWLOC_COMPONENTS", "-gl");
         lammps.envs([
             ("OMPI_MCA_btl", "self"),
+            ("OMPI_MCA_pml", "ob1"),
             ("OMPI_MCA_ess_singleton_isolated", "1"),
         ]);
         lammps.env("OMPI_MCA_orte_tmpdir_base", &**folder);

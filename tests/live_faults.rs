@@ -180,6 +180,7 @@ impl Installed {
             command
                 .envs([
                     ("OMPI_MCA_btl", "self"),
+                    ("OMPI_MCA_pml", "ob1"),
                     ("OMPI_MCA_ess_singleton_isolated", "1"),
                 ])
                 .env("OMPI_MCA_orte_tmpdir_base", &**folder)
