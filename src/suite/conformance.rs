@@ -11,6 +11,7 @@ use crate::document::{Document, Section};
 use crate::engine::{Description, Engine, Part, ProgramError};
 use crate::files::work_folder;
 use crate::run::EngineError;
+use crate::run::folder::stages_in_words;
 use crate::suite::parameters::apart;
 use crate::suite::{Grain, case, model, springs, world};
 use grains::generate::{can_turn, initial_bodies};
@@ -694,12 +695,12 @@ fn judge_damping(job: &Job, theirs: &Story, native: &Story) -> Result<(), String
 /// The settle rule ended the run where it should.
 fn judge_rules(_: &Job, theirs: &Story, native: &Story) -> Result<(), String> {
     let end = |story: &Story| story.stages.last().map(|stage| (stage.steps, stage.stop));
-    let (found, wanted) = (end(theirs), end(native));
-    if found == wanted {
+    if end(theirs) == end(native) {
         return Ok(());
     }
+    let [found, wanted] = [theirs, native].map(|story| stages_in_words(&story.stages));
     Err(format!(
-        "settling ended with {found:?} and should with {wanted:?} (steps, reason): every settle.check_every steps, not at step 0, \
+        "it ended after {found}, and should after {wanted}: every settle.check_every steps, not at step 0, \
          the kinetic energy Σ½mv² + Σ½Iω² of the written velocities is compared with kinetic_energy_fraction times the largest that was \
          seen at such a step, this one included"
     ))
