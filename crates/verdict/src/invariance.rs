@@ -1388,7 +1388,8 @@ mod tests {
             run.iter_mut().for_each(|moment| moment.contacts.clear());
             run
         };
-        let faults: [(&str, &dyn Fn(&Case) -> Run); 5] = [
+        type Fault<'a> = (&'a str, &'a dyn Fn(&Case) -> Run);
+        let faults: [Fault; 5] = [
             ("passive", &faster),
             ("moving", &dragged),
             ("copies", &of_all),
