@@ -142,7 +142,7 @@ fn the_papers_box_as_a_slab_bears_the_load_after_many_steps_of_the_punch() {
         (&json!("settled"), &json!("reached"))
     );
     let pressed = stages[1]["steps"].as_u64().expect("a number");
-    assert!(pressed > 1000, "{pressed}");
+    assert!(pressed > 100, "{pressed}");
 }
 
 #[test]
