@@ -328,11 +328,10 @@ def read_moment(job, folder):
     return [tuple(map(float, row[1:])) for row in atoms], pairs
 
 
-def contacts(job, classes, places, pairs, rich=False, held=()):
+def contacts(job, classes, places, pairs, rich=False):
     """Rows of contacts of grains. `pairs` has (i, j, force) as the program says. The rows have the force that the law gives to the
     overlap, so that both programs write the same bits, and it must be the program's up to rounding; of a rich law `pairs` has the
-    force on the grain j across and up, before it what belongs to the normal if that is told apart, and the rows have these. `held` are
-    pairs without an overlap that are contacts too."""
+    force on the grain j across and up, before it what belongs to the normal if that is told apart, and the rows have these."""
     grains, rows, modulus = job.grains, [], job.model["law"]["modulus"]
     for one, two, *said in pairs:
         sign = -1.0 if one < two else 1.0
@@ -340,7 +339,7 @@ def contacts(job, classes, places, pairs, rich=False, held=()):
         away = [there - here for here, there in zip(places[one], places[two])]
         distance = math.sqrt(sum(of * of for of in away))
         overlap = grains[one]["radius"] + grains[two]["radius"] - distance
-        if overlap < 0.0 and (one, two) not in held:
+        if overlap < 0.0:
             continue
         normal, arm = [of / distance for of in away], grains[one]["radius"] - 0.5 * overlap
         if rich:
@@ -383,8 +382,6 @@ class Run:
         # The columns of what walls and punch do, by their numbers, what is summed at the last step of each run, and what is added to
         # forces and torques.
         self.flat, self.sums, self.pushed, self.twisted = [], [], None, None
-        # Grains that adhesion of Johnson, Kendall and Roberts may hold where they do not overlap, and how much was read of what tells it.
-        self.held, self.heard = set() if Solids(job).adhesion()[1] == "jkr" else None, 0
         # Commands before each step, whether the punch was stopped, and what is looked at from then on.
         self.each, self.stopped, self.watch = [], False, None
         # The model's names of what the program writes of each atom.
@@ -407,8 +404,6 @@ class Run:
             shown[1:] = [*before, shown[1], *after]
         heard = self.program.does("\n".join([*commands, *shown]))
         moved, self.pairs = read_moment(self.job, self.folder)
-        if self.held is not None:
-            self.hold()
         at = len(self.columns)
         self.on_flat = [of[at:] for of in moved]
         if self.space:
@@ -421,25 +416,6 @@ class Run:
         if self.stopped and self.watch is not None:
             self.watch()
         return heard
-
-    def hold(self):
-        """Go on with which pairs are held: those that overlap, and those that were held a step ago and are not too far apart. What the
-        program tells of a pair does not say whether it is."""
-        grains, solids = self.job.grains, Solids(self.job)
-        with open(os.path.join(self.folder, "near"), encoding="utf-8") as file:
-            file.seek(self.heard)
-            told = file.read()
-            self.heard = file.tell()
-        for moment in told.split("ITEM: TIMESTEP")[1:]:
-            rows, held = moment.splitlines(), set()
-            at = next(index for index, row in enumerate(rows) if row.startswith("ITEM: ENTRIES"))
-            for one, two, apart in (map(float, row.split()) for row in rows[at + 1 :]):
-                one, two = sorted((int(one) - 1, int(two) - 1))
-                radii = [grains[of]["radius"] for of in (one, two)]
-                overlap, of = sum(radii) - apart, [int(grains[of].get("material", 0)) for of in (one, two)]
-                if overlap >= 0.0 or (one, two) in self.held and overlap > solids.least_overlap(*of, *radii):
-                    held.add((one, two))
-            self.held = held
 
     def steps(self, count):
         """Commands of so many steps; spins are turned before each, and at the last one forces of pairs are looked at."""
@@ -494,20 +470,18 @@ class Run:
         """Write the moment."""
         job, grains, punch = self.job, self.job.grains, None
         motion, places = self.motion[: len(grains)], self.places
-        least = 0.0 if self.held is None else -math.inf
-        rows = wall_contacts(job, lambda grain: self.classes.radii[self.classes.of[grain]], places[: len(grains)], least=least)
+        rows = wall_contacts(job, lambda grain: self.classes.radii[self.classes.of[grain]], places[: len(grains)])
         if job.asked["punch"] is not None:
             centre = (places[-1][0], places[-1][-1])
-            rows += punch_contacts(job, centre, places[: len(grains)], least=least)
+            rows += punch_contacts(job, centre, places[: len(grains)])
         if self.rich:
-            # Where there is no overlap adhesion pulls, or it is no contact.
-            rows = [row for row in map(self.told, rows) if row[2] >= 0.0 or row[3] != 0.0]
+            rows = [self.told(row) for row in rows]
         if job.asked["punch"] is not None:
             of_punch = [row for row in rows if row[0] == len(grains) + len(job.model["walls"])]
             force = -sum(row[3] * row[7] + row[4][2] if self.space else row[3] * row[6] + row[4] * row[5] for row in of_punch)
             punch = {"centre": centre, "start": job.asked["punch"]["start"], "velocity": self.motion[-1][3], "force": force}
         pairs = [self.words.mended(self, *of) for of in self.pairs] if self.words.mended else self.pairs
-        rows += contacts(job, self.classes, places[: len(grains)], pairs, self.rich, self.held or ())
+        rows += contacts(job, self.classes, places[: len(grains)], pairs, self.rich)
         job.moment(job.asked.get("stage", "settle"), self.step, motion, rows, punch)
 
     def told(self, row):

@@ -52,8 +52,6 @@ WEAK = 1.0e-12 if os.environ.get(OLD_WALLS) == "damped" else 0.0
 # Dashpots along the tangent are limited together with the spring; walls of the older style are given none, nor Hertz's springs.
 WITHIN = not os.environ.get(OLD_WALLS)
 BESIDE = "1.0" if WITHIN else "0.0"
-# Set, it has adhesion, which is right from 2024 on, where no dashpot stands beside it.
-ADHESION = "CROSSGRAIN_LAMMPS_ADHESION"
 NO_ADHESION = (
     "no adhesion: in versions to 2022 Coulomb's limit of `dmt` lacks 2A or is of memory that was not set, and walls with `jkr` make no "
     "numbers beyond the pull-off; later ones refuse dashpots beside either"
@@ -130,11 +128,6 @@ def script(run):
 def asked(run, of_punch):
     """What is asked for at each moment, and at each step of a punch, which pushes grains up by the sum of these columns."""
     lines = list(COMPUTES)
-    if run.held is not None:
-        # Grains that adhesion holds apart are pairs too.
-        lines = [line.replace("cutoff radius", "cutoff type") for line in lines]
-        lines += ["compute apart all pair/local dist cutoff type", "dump near all local 1 near c_between[1] c_between[2] c_apart",
-                  'dump_modify near format line "%.17g %.17g %.17g"']  # fmt: skip
     if of_punch:
         lines.append("compute pushed grains reduce sum " + " ".join([*of_punch, of_punch[0]]))
         total = " - ".join("c_pushed[%d]" % (index + 1) for index in range(len(of_punch)))
@@ -156,21 +149,14 @@ def moments(job, radius1, radius2):
     return " rolling sds %s 0.0 %s" % tuple(map(number, numbers)) + " twisting sds %s 0.0 1e300" % number(rolling["twisting_stiffness"])
 
 
-def words_in_space(job, k_n, k_s, dashes, tangent, adhesion):
-    """A law in space in the program's words; `dashes` are the damping's number, what the tangential dashpot is to it, and its name,
-    and `adhesion` is an energy and the law's name."""
+def words_in_space(job, k_n, k_s, dashes, tangent):
+    """A law in space in the program's words; `dashes` are the damping's number, what the tangential dashpot is to it, and its name."""
     sticking, cut = "linear_nohistory 0.0 0.0", job.model["law"]["contact"]["viscosity"].get("tension") == "clipped"
     hertz = Solids(job).is_hertz
-    # Adhesion that holds what does not overlap wants a spring along the tangent, though it may be allowed nothing.
-    if tangent > 0.0 or adhesion[1] == "jkr":
+    if tangent > 0.0:
         numbers = tuple(map(number, (k_s, dashes[1], tangent)))
         sticking = ("mindlin/force %s %s %s" if hertz else "linear_history %s %s %s") % numbers
-    energy, law = adhesion
-    if law:
-        # Of E* and γ alone, as Poisson's ratio is 0 and both materials are one; a dashpot is never cut.
-        normal, cut = "%s %s %s 0.0 %s" % (law, number(1.5 * k_n), number(dashes[0]), number(energy)), False
-    else:
-        normal = "%s %s %s" % ("hertz" if hertz else "hooke", number(k_n), number(dashes[0]))
+    normal = "%s %s %s" % ("hertz" if hertz else "hooke", number(k_n), number(dashes[0]))
     return "%s tangential %s damping %s%s" % (normal, sticking, dashes[2], " limit_damping" * cut)
 
 
@@ -193,8 +179,6 @@ def script_in_space(run):
             at_walls = (dashes[0] / job.grains[0]["mass"], beside, "mass_velocity")
             kinds.weights = [of / at_walls[0] for of in dashes] if at_walls[0] > 0.0 else kinds.weights
 
-    adhesion = solids.adhesion()
-
     def of_hertz(k_n, k_s):
         return (0.0, ratios[1] / ratios[0] * math.sqrt(k_s / (1.5 * k_n)), "tsuji") if ratios else none
 
@@ -209,7 +193,7 @@ def script_in_space(run):
             dashes = of_hertz(k_n, k_s)
             if run.dashes and not solids.is_hertz:
                 dashes = dashpot(job, k_n, of1[1] * of2[1] / (of1[1] + of2[1])), beside, "velocity"
-            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(solid1, solid2), adhesion)
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(solid1, solid2))
             law += moments(job, of1[0], of2[0]) if of1 else ""
             lines.append("pair_coeff %d %d %s" % (one + 1, two + 1, law))
     flat = [("gran granular", "wall", "%splane %s NULL" % (wall["axis"], number(wall["place"]))) for wall in job.model["walls"]]
@@ -226,7 +210,7 @@ def script_in_space(run):
             k_n, k_s, dashes = math.sqrt(0.5) * k_n, math.sqrt(0.5) * k_s, of_hertz(k_n, k_s)
         for index, (style, body, place) in enumerate(flat):
             name = "flat_%d_%d" % (index, solid)
-            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(0, solid, body), (0.5 * adhesion[0], adhesion[1]))
+            law = words_in_space(job, k_n, k_s, dashes, solids.tangent(0, solid, body))
             lines.append("fix %s solid_%d wall/%s %s %s contacts" % (name, solid, style, law, place))
             columns = []
             for column in (2, 3, 4):
@@ -327,5 +311,5 @@ def timing_in_space(job):
 if __name__ == "__main__":
     turn = "set group grains omega 0.0 0.0 v_spin", "set group grains omega v_spin_x v_spin_y v_spin_z"
     words = granular.Words(PROGRAM, script, PAIRS, "format line", turn, around, looks=True)
-    parts = [*["hertz_mindlin", "limited_moments"] * WITHIN, *["dmt", "jkr"] * bool(os.environ.get(ADHESION))]
-    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, [NO_ADHESION] * (not os.environ.get(ADHESION)), timing_in_space, parts)
+    parts = ["hertz_mindlin", "limited_moments"] * WITHIN
+    granular.serve_program("LAMMPS", "lammps", words, RULES, timing, [NO_ADHESION], timing_in_space, parts)

@@ -48,17 +48,6 @@ class Solids:
         own = self.law.get("%s_friction_angle" % place)
         return math.tan(min(self.all[one]["friction_angle"], self.all[two]["friction_angle"]) if own is None else own)
 
-    def adhesion(self):
-        """γ and the law of adhesion by its name, or none."""
-        contact = self.law["contact"]
-        return contact.get("adhesion") or 0.0, contact.get("adhesion_law", "pull") if contact.get("adhesion") else None
-
-    def least_overlap(self, one, two, radius1, radius2):
-        """Where adhesion of Johnson, Kendall and Roberts lets go of these, below 0."""
-        radius = radius1 * radius2 / (radius1 + radius2)
-        contact = math.cbrt(9.0 * math.pi * self.adhesion()[0] * radius**2 / (3.0 * self.springs(one, two)[0]))
-        return -(contact**2) / (3.0 * radius)
-
     def ratios(self):
         """β of Hertz's dashpots, along the normal and the tangent, or none."""
         viscosity, beside = self.law["contact"]["viscosity"], self.law["contact"].get("tangential_viscosity")
@@ -175,16 +164,15 @@ def no_shear(job):
     return 0.0 if job.axes == "xz" else (0.0, 0.0, 0.0)
 
 
-def wall_contacts(job, curvature, places, push=None, least=0.0):
-    """Rows of what touches a wall, which counts as a grain of this curvature, by the number of the grain, or pushes by this law; overlaps
-    are no smaller than `least`."""
+def wall_contacts(job, curvature, places, push=None):
+    """Rows of what touches a wall, which counts as a grain of this curvature, by the number of the grain, or pushes by this law."""
     rows, grains = [], job.grains
     for index, wall in enumerate(job.model["walls"]):
         axis = job.axes.index(wall["axis"])
         for grain, place in enumerate(places):
             distance = place[axis] - wall["place"]
             overlap = grains[grain]["radius"] - abs(distance)
-            if overlap < least:
+            if overlap < 0.0:
                 continue
             normal, point = [0.0] * len(place), list(place)
             normal[axis], point[axis] = math.copysign(1.0, distance), wall["place"]
@@ -193,7 +181,7 @@ def wall_contacts(job, curvature, places, push=None, least=0.0):
     return rows
 
 
-def punch_contacts(job, centre, places, push=None, least=0.0):
+def punch_contacts(job, centre, places, push=None):
     """Rows of what touches the punch, by the law whose formulas `push` gives to the program, or by this one; of `places` the height is the
     last."""
     rows, punch = [], len(job.grains) + len(job.model["walls"])
@@ -210,7 +198,7 @@ def punch_contacts(job, centre, places, push=None, least=0.0):
             apart = math.hypot(*out)
             share = [of / apart for of in out]
         overlap = radius - apart
-        if overlap < least:
+        if overlap < 0.0:
             continue
         normal = [of if here > 0.0 else -of for of, here in zip(share, away)]
         # In the middle between the punch's nearest point and the grain's deepest one.
