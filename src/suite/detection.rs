@@ -397,7 +397,8 @@ pub mod tests {
         mfix-dem-01: gravity=1e-7 dashpot=1e-7 stiffness=1e-7 start=half-step
         mfix-dem-03: gravity=1e-7 density=1e-7 stiffness=1e-7
         mfix-dem-04: friction=1e-7 inertia=1e-7 shear-stiffness=1e-6
-        lammps-rolling: rolling-stiffness=1e-9 twisting-stiffness=1e-9 rolling-limit=1e-9
+        lammps-rolling: twisting-stiffness=1e-9 rolling-limit=1e-9
+        moments: rolling-stiffness=1e-9 twisting-stiffness=1e-9
         lammps-pull-off: adhesion=1e-9 modulus=1e-9
         materials: material=1e-9
         adhesion: material=1e-9 adhesion=1e-8
