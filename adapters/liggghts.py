@@ -18,7 +18,7 @@ import os
 import granular
 from exchange import Refused
 from granular import number
-from law import Solids, dashpot, has_friction, refuse, stiffness, tangents
+from law import Solids, dashpot, has_friction, refuse, rotates, stiffness, tangents
 
 MODEL = "model hooke/stiffness tangential off"
 TWICE = (
@@ -26,6 +26,8 @@ TWICE = (
 )
 # Constants of what is switched off; the program asks for them.
 NONE = ("kt", "gamman", "gammat", "coefficientFriction")
+# Coefficient of rolling friction of two types.
+ROLLS = "coefficientRollingFriction"
 # How near to Coulomb's limit a spring is that was cut, over the limit or the force along the tangent.
 AT_LIMIT = 1.0e-14
 # The restitution of Hertz's dashpots, whatever is asked for.
@@ -34,7 +36,7 @@ RESTITUTION = 0.3
 PAIRS = "c_pushing[1] c_pushing[2] c_pushing[4] c_pushing[5]"
 PAIRS_IN_SPACE = PAIRS + " c_pushing[6]"
 RULES = {"slip": "contact_point", "slip_at_walls": "half_overlap", "torque_arms": "half_overlap", "torque_arms_at_walls": "half_overlap",
-         "spring_turn": "projected", "spring_memory": "displacement", "wall_radius": "flat", "tangential_restitution": "as_normal",
+         "spring_turn": "projected", "moment_limit": "spring", "constant_moment": "share_of_spin", "spring_memory": "displacement", "wall_radius": "flat", "tangential_restitution": "as_normal",
          "new_contact": "whole_step"}  # fmt: skip
 
 
@@ -62,7 +64,10 @@ def script(run):
         # A contact that opens keeps its spring until lists of neighbours are made, and has it again if it closes before.
         lines.append("neigh_modify delay 0 every 1 check no")
     lines += of_materials
+    rolling = law["contact"].get("rolling") if rotates(job) else None
     tables = {name: [] for name in (["coefficientFriction"] if of_materials else ["kn", *NONE])}
+    if rolling:
+        tables[ROLLS] = []
     for one, two in ((one, two) for one in types for two in types):
         low, high = min(one, two), max(one, two)
         first, second = min(low, grains - 1), high if high < grains else min(low, grains - 1)
@@ -75,6 +80,11 @@ def script(run):
             k = stiffness(law["modulus"], of1[0], of2[0])
             k_s, tangent = law["stiffness_ratio"] * k, tangents(job)[0 if high < grains else high - grains + 1]
         tables["coefficientFriction"].append(tangent)
+        if rolling:
+            # It takes R* of two grains, and R at a wall, where the model has the mean of two radii.
+            radius1, radius2 = of1[0], of2[0]
+            share = 1.0 if high >= grains else 0.5 * (radius1 + radius2) ** 2 / (radius1 * radius2)
+            tables[ROLLS].append(rolling["limit"] * share)
         if of_materials:
             continue
         if space:
@@ -87,6 +97,7 @@ def script(run):
     for name, table in tables.items():
         lines.append("fix %s all property/global %s peratomtypepair %d %s" % (name, name, len(types), " ".join(map(number, table))))
     model = "model %s tangential %s" % ("hertz" if of_materials else "hooke/stiffness", "history" if has_friction(job) else "off")
+    model += " rolling_friction cdt" * bool(rolling)
     cut = " limitForce on" * (law["contact"]["viscosity"].get("tension") == "clipped")
     lines += ["pair_style gran " + model + cut, "pair_coeff * *"]
     # The program takes it before its first step only, and a job may begin at a later one.
@@ -291,4 +302,4 @@ def timing(job, classes, folder, k):
 if __name__ == "__main__":
     turn = "set group grains omegaz v_spin", "set group grains omegax v_spin_x omegay v_spin_y omegaz v_spin_z"
     words = granular.Words("liggghts", script, (PAIRS, PAIRS, PAIRS_IN_SPACE), "format", turn, around, mended=acted)
-    granular.serve_program("LIGGGHTS", "liggghts", words, RULES, timing, [TWICE], parts=["hertz_mindlin"])
+    granular.serve_program("LIGGGHTS", "liggghts", words, RULES, timing, [TWICE], parts=["hertz_mindlin", "constant_moments"])

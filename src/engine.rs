@@ -26,7 +26,7 @@ use grains::model::Model;
 use grains::native::{self as own, NativeError, Trouble};
 use grains::obstacle::Surface;
 use grains::rules::Rules;
-use grains::scene::{AdhesionLaw, Scene, Springs};
+use grains::scene::{AdhesionLaw, Rolling, Scene, Springs};
 use grains::tables::{Bodies, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
@@ -498,6 +498,8 @@ pub enum Part {
     Moments,
     /// moments against rolling and twisting, those against rolling limited, which every engine has that says moments
     LimitedMoments,
+    /// constant torque against rolling
+    ConstantMoments,
     /// adhesion
     Adhesion,
     /// adhesion by Derjaguin, Muller and Toporov
@@ -546,7 +548,7 @@ fn of_model(model: &Model) -> Vec<Part> {
     let adheres = |law| contact.adhesion.is_some() && contact.adhesion_law == law;
     let has =
         |kind: fn(&Surface) -> bool| model.obstacles.iter().any(|obstacle| kind(&obstacle.shape));
-    let is_limited = contact.rolling.map(|rolling| rolling.limit.is_some());
+    let rolls = |is_so: fn(&Rolling) -> bool| contact.rolling.as_ref().is_some_and(is_so);
     let asked = [
         (Part::NormalSpring, true),
         (Part::TangentialSpring, model.law.has_friction()),
@@ -557,8 +559,18 @@ fn of_model(model: &Model) -> Vec<Part> {
         (Part::Gravity, model.gravity != [0.0; 2]),
         (Part::Walls, !model.walls.is_empty()),
         (Part::HertzMindlin, contact.springs == Springs::HertzMindlin),
-        (Part::Moments, is_limited == Some(false)),
-        (Part::LimitedMoments, is_limited == Some(true)),
+        (
+            Part::Moments,
+            rolls(|rolling| match rolling.is_constant() {
+                true => rolling.twisting_stiffness != 0.0,
+                false => rolling.limit.is_none(),
+            }),
+        ),
+        (
+            Part::LimitedMoments,
+            rolls(|rolling| !rolling.is_constant() && rolling.limit.is_some()),
+        ),
+        (Part::ConstantMoments, rolls(Rolling::is_constant)),
         (Part::Adhesion, adheres(AdhesionLaw::Pull)),
         (Part::Dmt, adheres(AdhesionLaw::Dmt)),
         (Part::Jkr, adheres(AdhesionLaw::Jkr)),

@@ -147,7 +147,7 @@ fn two_spheres_have_their_closed_forms() {
         let mut case = spheres::pair(friction);
         let [bending_stiffness, twisting_stiffness] = rolling;
         case.model.law.contact.rolling = Some(Rolling {
-            bending_stiffness,
+            bending_stiffness: Some(bending_stiffness),
             twisting_stiffness,
             limit: None,
         });

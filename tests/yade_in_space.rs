@@ -154,7 +154,7 @@ fn poured_spheres_have_the_bits_of_yade() {
 
 fn rolling() -> Rolling {
     Rolling {
-        bending_stiffness: 0.5,
+        bending_stiffness: Some(0.5),
         twisting_stiffness: 0.3,
         limit: Some(0.1),
     }

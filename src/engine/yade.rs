@@ -303,6 +303,9 @@ fn lacking_of_hertz(contact: &ContactLaw) -> Option<&'static str> {
             Some("Hertz's springs other than with contact.torque_arms = contact_point")
         }
         _ if contact.adhesion_law != AdhesionLaw::Pull => Some("adhesion other than a pull"),
+        _ if contact.rolling.is_some_and(|rolling| rolling.is_constant()) => {
+            Some("constant torque against rolling")
+        }
         _ => None,
     }
 }

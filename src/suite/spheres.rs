@@ -431,14 +431,22 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
         .moving(times(0.05, WAY))
         .spinning([-6.0, 8.0, 0.0]);
     let rolling = |limit: Option<f64>, stiffer: f64| Rolling {
-        bending_stiffness: 2.0e-3 * stiffer,
+        bending_stiffness: Some(2.0e-3 * stiffer),
         twisting_stiffness: 1.0e-3,
         limit,
     };
-    let rolls = |limit: Option<f64>, stiffer: f64| {
+    let with = |rolling: Rolling| {
         let mut law = damped(soft(0.5), 0.5);
-        law.contact.rolling = Some(rolling(limit, stiffer));
+        law.contact.rolling = Some(rolling);
         law
+    };
+    let rolls = |limit: Option<f64>, stiffer: f64| with(rolling(limit, stiffer));
+    let constant = |limit: f64| {
+        with(Rolling {
+            bending_stiffness: None,
+            twisting_stiffness: 0.0,
+            limit: Some(limit),
+        })
     };
     let linear = |c_n: f64, friction_angle: f64| {
         let mut law = springs(1.0e6);
@@ -580,6 +588,26 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
                     rolls(None, 1.0),
                     weight,
                     ball(sunk).spinning([0.0, 0.0, 5.0]),
+                    6000,
+                ),
+            ],
+        ),
+        (
+            "constant-torque",
+            "A constant torque against rolling: a sphere rolls out, and one that also twists",
+            vec![
+                on(
+                    "decay",
+                    constant(0.02),
+                    weight,
+                    slipping.spinning([-2.4, 3.2, 0.0]),
+                    6000,
+                ),
+                on(
+                    "twists",
+                    constant(0.02),
+                    weight,
+                    slipping.spinning([-2.4, 3.2, 5.0]),
                     6000,
                 ),
             ],

@@ -120,9 +120,10 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(dmt)                 /* the limit has 1: one pull, as |N| + A; 2: the dashpot; 3: clipped as another law's */       \
     X(jkr)                 /* 1: ends with the surfaces; 2: begins at the largest pull; 3: a = sqrt(R*u) of k_n and k_s; */ \
                            /* 4: limit of F alone; 5: pull of 4 pi; 6: w = gamma, not 2 gamma; 7: ends where it breaks */ \
-    X(moment_rules)        /* of moments 1: the force turns, limits as friction has, none at walls */                   \
+    X(moment_rules)        /* of moments 1: the force turns, limits as friction has, none at walls; 2: a constant */      \
+                           /* torque is limited by the spring and weaker where grains twist */                         \
     X(declares)            /* rules, 1 to 3: spring_memory as history_displacement; 4: flat walls; 5: both 1 and 4; */      \
-                           /* 6: moment_rules */                                                                       \
+                           /* 6 and 7: moment_rules */                                                                       \
     X(torque_arms)         /* 1: R; 2: R at walls; 3: R-u; 4: the other way */                                         \
     X(torque_other)        /* 1: other sign on the second; 2: none on the second; 3: none at walls; 4: of the whole */  \
     X(torque_axis) X(force_axis) X(velocity_axis) X(damping_axis) /* left out */                                       \
@@ -345,7 +346,7 @@ static Material *materials; /* the first one is that of the law */
 static double wall_friction, punch_friction; /* below 0: none of their own */
 static local damping_constant, damping_ratio, shear_ratio, surface_energy, bending_stiffness, twisting_stiffness, rolling_limit;
 static enum { PULL, DMT, JKR } adheres;
-static bool friction, rotates, hertz, dashpots, clipped, corrected, half_overlap, whole_step, rolling;
+static bool friction, rotates, hertz, dashpots, clipped, corrected, half_overlap, whole_step, rolling, constant_torque;
 
 /* ---- where bodies touch ---- */
 
@@ -690,9 +691,10 @@ static void act(Contact *of, const Contact *old)
     if (fault.torque_other == 2 || (flat && fault.torque_other == 3)) of->torques[1] = (V){{0}};
     if (fault.cross_sign) of->torques[1].of[AXIS(fault.cross_sign)] *= -1;
     const local pressing = adheres ? fabs(spring + pull) : pressure + pull;
-    if (fault.moment_rules && pressing == 0) of->bending = of->twisting = (V){{0}};
-    if (!rolling || fault.rolling == 1 || (flat && (fault.rolling == 4 || fault.moment_rules))) return;
-    if (fault.moment_rules && pressing == 0) return;
+    const bool as_friction = fault.moment_rules == 1;
+    if (as_friction && pressing == 0) of->bending = of->twisting = (V){{0}};
+    if (!rolling || fault.rolling == 1 || (flat && (fault.rolling == 4 || as_friction))) return;
+    if (as_friction && pressing == 0) return;
     const V turning = fault.rolling == 5 ? plus(spin2, spin1) : minus(spin2, spin1);
     V about = times(dot(turning, n), n);
     const V rolls = minus(turning, about);
@@ -700,7 +702,7 @@ static void act(Contact *of, const Contact *old)
     V bending = {{0}}, twisting = {{0}};
     if (old && fault.rolling_kept != 2) {
         bending = fault.rolling_kept == 1 ? old->bending : turned(old->bending, old->normal, n, spin1, spin2);
-        if (fault.moment_rules) bending = cross(n, turned(cross(old->bending, old->normal), old->normal, n, spin1, spin2));
+        if (as_friction) bending = cross(n, turned(cross(old->bending, old->normal), old->normal, n, spin1, spin2));
         twisting = fault.twist == 4 ? old->twisting : turned(old->twisting, old->normal, n, spin1, spin2);
     }
     bending = minus(bending, times(bending_stiffness, times(dt, rolls)));
@@ -708,10 +710,14 @@ static void act(Contact *of, const Contact *old)
     twisting = minus(twisting, times(fault.twist == 5 ? -stiff : stiff, times(dt, about)));
     local radius = (r1 + r2) / 2;
     if (fault.rolling_radius) radius = fault.rolling_radius == 1 ? k.radius : fault.rolling_radius == 2 ? r1 + r2 : r1;
-    local most = fabs(fault.moment_rules ? pressing : fault.rolling_cap == 3 ? spring : pressure) * (rolling_limit * radius);
+    local most = fabs(as_friction ? pressing : fault.rolling_cap == 3 || fault.moment_rules == 2 ? spring : pressure) * (rolling_limit * radius);
     if (fault.moment_of_spin == 1) most *= size(rolls) / (local)TIME;
+    if (constant_torque) {
+        const local speed = size(fault.moment_rules == 2 ? turning : rolls);
+        bending = most > 0 && speed > 0 ? times(-OVER(most, speed), rolls) : (V){{0}};
+    }
     const V uncut = bending;
-    if (rolling_limit > 0 && fault.rolling_cap != 1 && pressure != 0 && size(bending) > most)
+    if (!constant_torque && rolling_limit > 0 && fault.rolling_cap != 1 && pressure != 0 && size(bending) > most)
         bending = times(OVER(most, size(bending)), bending);
     if (rolling_limit > 0 && fault.twist == 3 && size(twisting) > most) twisting = times(OVER(most, size(twisting)), twisting);
     of->bending = fault.rolling_kept == 3 ? uncut : bending;
@@ -1086,7 +1092,8 @@ static void read_model(const char *model)
     rolling = moments && rotates;
     if (moments) {
         const double unit = TIME * TIME / (MASS * LENGTH * LENGTH);
-        bending_stiffness = number(moments, "bending_stiffness") * fault.bending * unit;
+        constant_torque = !given(moments, "bending_stiffness");
+        bending_stiffness = number_or(moments, "bending_stiffness", 0) * fault.bending * unit;
         twisting_stiffness = number(moments, "twisting_stiffness") * fault.twisting * unit;
         rolling_limit = number_or(moments, "limit", 0) * fault.rolling_limit;
     }
@@ -1441,15 +1448,16 @@ static long run(const char *folder)
 
 static void describe(void)
 {
-    static const char *const of_space[3] = {"\"space\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"dmt\", \"jkr\", \"materials\", ",
+    static const char *const of_space[3] = {"\"space\", \"hertz_mindlin\", \"moments\", \"constant_moments\", \"adhesion\", \"dmt\", \"jkr\", \"materials\", ",
         "",
-        "\"space_alone\", \"hertz_mindlin\", \"moments\", \"adhesion\", \"dmt\", \"jkr\", \"materials\", "};
+        "\"space_alone\", \"hertz_mindlin\", \"moments\", \"constant_moments\", \"adhesion\", \"dmt\", \"jkr\", \"materials\", "};
     const char *rules = "";
     if (museum(14)) rules = ", \"rules\": {\"given_velocities\": \"at_start\", \"written_velocities\": \"whole_step\"}";
-    static const char *const kept[7] = {"", "\"spring_memory\": \"displacement\"", "\"spring_memory\": \"displacement_rescaled\"",
+    static const char *const kept[8] = {"", "\"spring_memory\": \"displacement\"", "\"spring_memory\": \"displacement_rescaled\"",
         "\"spring_memory\": \"force_rescaled\"", "\"wall_radius\": \"flat\"",
         "\"wall_radius\": \"flat\", \"spring_memory\": \"displacement\"",
-        "\"moment_turn\": \"as_force\", \"moment_limit\": \"as_friction\", \"moments_at_walls\": \"none\""};
+        "\"moment_turn\": \"as_force\", \"moment_limit\": \"as_friction\", \"moments_at_walls\": \"none\"",
+        "\"moment_limit\": \"spring\", \"constant_moment\": \"share_of_spin\""};
     char declared[128];
     snprintf(declared, sizeof declared, ", \"rules\": {%s}", kept[(int)fault.declares]);
     if (fault.declares) rules = declared;

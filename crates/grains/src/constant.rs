@@ -244,7 +244,12 @@ static ROWS: [Row; 36] = [
             -4,
             "bending stiffness",
             "law.contact.rolling.bending_stiffness",
-            |given, by| roll(given, |rolling| rolling.bending_stiffness *= 1.0 + by),
+            |given, by| {
+                roll(given, |rolling| {
+                    let bending = rolling.bending_stiffness.iter_mut();
+                    bending.for_each(|bending| *bending *= 1.0 + by);
+                });
+            },
         )
     },
     Row {
@@ -264,10 +269,8 @@ static ROWS: [Row; 36] = [
             "law.contact.rolling.limit: the largest moment |N| η (R1 + R2)/2",
             |given, by| {
                 roll(given, |rolling| {
-                    rolling
-                        .limit
-                        .iter_mut()
-                        .for_each(|limit| *limit *= 1.0 + by);
+                    let limit = rolling.limit.iter_mut();
+                    limit.for_each(|limit| *limit *= 1.0 + by);
                 });
             },
         )

@@ -22,6 +22,7 @@ pub enum Needs {
     HertzAndWalls,
     HertzAndDashpots,
     Moments,
+    ConstantMoments,
     MomentsAndWalls,
 }
 
@@ -33,6 +34,7 @@ impl Needs {
             Needs::HertzAndWalls,
             Needs::HertzAndDashpots,
             Needs::Moments,
+            Needs::ConstantMoments,
             Needs::MomentsAndWalls,
         ]
         .contains(&self)
@@ -259,6 +261,12 @@ rules! {
         "the normal force that the limit of the moment against rolling is taken from" {
         NormalForce "normal_force": "|N|, spring, dashpot and adhesion; where it is 0 nothing is limited", "YADE";
         AsFriction "as_friction": "the one that Coulomb's limit is taken from; where it is 0 there is no moment against rolling or twisting", "LAMMPS (rolling and twisting sds)";
+        Spring "spring": "|F| of the spring alone", "LIGGGHTS (rolling_friction cdt)";
+    }
+    constant_moment: ConstantMoment, ConstantMoments,
+        "the direction of a constant torque against rolling, r = ω₂ − ω₁ without its part along n being b" {
+        AlongRolling "along_rolling": "−b/|b|", "";
+        ShareOfSpin "share_of_spin": "−b/|r|, weaker where grains also twist", "LIGGGHTS (rolling_friction cdt)";
     }
     moments_at_walls: MomentsAtWalls, MomentsAndWalls,
         "moments against rolling and twisting at walls, punch and obstacles" {

@@ -535,18 +535,27 @@ impl Springs {
     }
 }
 
-/// Elastic moments against rolling and twisting, which add up from step to step and turn with the contact.
+/// Moments against rolling and twisting. Elastic ones add up from step to step and turn with the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rolling {
-    /// Moment for each radian of rolling, N·m/rad.
-    pub bending_stiffness: f64,
+    /// Moment for each radian of rolling, N·m/rad; left out, the moment is always the largest, a constant torque.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub bending_stiffness: Option<f64>,
     /// The same of twisting, N·m/rad, without a limit.
     pub twisting_stiffness: f64,
     /// η of the largest moment against rolling, |N| η (R_1 + R_2)/2; left out, there is no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64")]
     pub limit: Option<f64>,
+}
+
+impl Rolling {
+    /// Whether rolling meets a torque that does not depend on how far grains have rolled.
+    pub fn is_constant(&self) -> bool {
+        self.bending_stiffness.is_none()
+    }
 }
 
 /// Whether friction turns grains.

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use grains::model::{Law, Model, Wall};
 use grains::obstacle::{Obstacle, Surface};
 use grains::rules::{
-    MomentLimit, MomentTurn, MomentsAtWalls, Rules, SpringMemory, SpringTurn,
+    ConstantMoment, MomentLimit, MomentTurn, MomentsAtWalls, Rules, SpringMemory, SpringTurn,
     TangentialRestitution, WallRadius, WallStiffness,
 };
 use grains::scene::{AdhesionLaw, ContactLaw, Rolling, Springs, Tension, Viscosity};
@@ -313,7 +313,7 @@ fn rolled(model: Model, velocity: [f64; 2], at_wall: bool, steps: u64) -> Vec<Sn
     let (mut model, [a, b], overlap) = (model, RADII, 5.0e-5);
     model.dt = 1.0e-7;
     model.law.contact.rolling.get_or_insert(Rolling {
-        bending_stiffness: 0.1,
+        bending_stiffness: Some(0.1),
         twisting_stiffness: 0.08,
         limit: None,
     });
@@ -394,7 +394,7 @@ fn a_moment_is_limited_by_the_force_of_its_rule() {
             };
         }
         model.law.contact.rolling = Some(Rolling {
-            bending_stiffness: 1.0e6,
+            bending_stiffness: Some(1.0e6),
             twisting_stiffness: 0.08,
             limit: Some(0.1),
         });
@@ -416,6 +416,52 @@ fn a_moment_is_limited_by_the_force_of_its_rule() {
     let spring = 4.0 / 3.0 * modulus * radius.sqrt() * contact.overlap.powf(1.5);
     let wanted = spring + 4.0 * PI * radius * ENERGY;
     assert!((limit / wanted - 1.0).abs() < 1.0e-12, "{limit} {wanted}");
+}
+
+/// Against rolling, η |N| (R₁ + R₂)/2 whatever has rolled before; where grains also twist, a rule makes it weaker.
+#[test]
+fn a_constant_torque_is_its_limit_and_remembers_nothing() {
+    let run = |constant_moment, moment_limit| {
+        let rules = Rules {
+            constant_moment,
+            moment_limit,
+            ..Rules::default()
+        };
+        let mut model = model(AdhesionLaw::Pull, rules);
+        model.law.contact.viscosity = Viscosity::Ratio {
+            ratio: 0.1,
+            tension: Tension::Unclipped,
+        };
+        model.law.contact.rolling = Some(Rolling {
+            bending_stiffness: None,
+            twisting_stiffness: 0.08,
+            limit: Some(0.1),
+        });
+        let run = rolled(model, [1.0, 0.0], false, 3);
+        let torque = |moment: &Snapshot| {
+            let (contact, across) = (moment.contacts[0], moment.memory.across[0]);
+            let size = norm(across.bending) / (0.1 * 0.5 * (RADII[0] + RADII[1]));
+            (across.bending, size, contact)
+        };
+        [torque(&run[1]), torque(&run[3])]
+    };
+    let along = ConstantMoment::AlongRolling;
+    for (bending, size, contact) in run(along, MomentLimit::NormalForce) {
+        assert!((size / contact.normal_force.abs() - 1.0).abs() < 1.0e-12);
+        // Rolling is about y and z here, x is the normal.
+        assert!(bending[1] < 0.0 && bending[2] < 0.0 && bending[0].abs() < 1.0e-12 * norm(bending));
+        assert!((bending[1] / bending[2] - 300.0 / 400.0).abs() < 1.0e-12);
+    }
+    let [radius, modulus] = effective();
+    for (_, size, contact) in run(along, MomentLimit::Spring) {
+        let spring = 4.0 / 3.0 * modulus * radius.sqrt() * contact.overlap.powf(1.5);
+        assert!((size / spring - 1.0).abs() < 1.0e-12 && spring > 1.01 * contact.normal_force);
+    }
+    let spin = 300.0f64.hypot(400.0);
+    for (_, size, contact) in run(ConstantMoment::ShareOfSpin, MomentLimit::NormalForce) {
+        let wanted = contact.normal_force.abs() * spin / spin.hypot(50.0);
+        assert!((size / wanted - 1.0).abs() < 1.0e-12, "{size} {wanted}");
+    }
 }
 
 #[test]

@@ -189,7 +189,7 @@ fn lists_and_lanes_have_the_bits_of_the_step_written_out() {
         ..hertz.clone()
     };
     let rolling = Rolling {
-        bending_stiffness: 0.5,
+        bending_stiffness: Some(0.5),
         twisting_stiffness: 0.3,
         limit: Some(0.1),
     };
@@ -222,6 +222,16 @@ fn lists_and_lanes_have_the_bits_of_the_step_written_out() {
             "moments",
             ContactLaw {
                 rolling: Some(rolling),
+                ..with_restitution.clone()
+            },
+        ),
+        (
+            "a constant torque",
+            ContactLaw {
+                rolling: Some(Rolling {
+                    bending_stiffness: None,
+                    ..rolling
+                }),
                 ..with_restitution.clone()
             },
         ),
@@ -295,7 +305,7 @@ fn goes_on_from_its_moments(mut scene: Scene) {
     scene.damping = Damping::Cundall { alpha: 0.3 };
     scene.contact.torque_arms = TorqueArms::ContactPoint;
     scene.contact.rolling = Some(Rolling {
-        bending_stiffness: 0.5,
+        bending_stiffness: Some(0.5),
         twisting_stiffness: 0.3,
         limit: Some(0.1),
     });
@@ -364,7 +374,7 @@ fn twisting_moments_stay_along_the_normal_where_springs_are_projected() {
                 springs: Springs::HertzMindlin,
                 torque_arms: TorqueArms::ContactPoint,
                 rolling: Some(Rolling {
-                    bending_stiffness: 0.1,
+                    bending_stiffness: Some(0.1),
                     twisting_stiffness: 0.1,
                     limit: None,
                 }),

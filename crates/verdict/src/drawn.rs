@@ -13,7 +13,7 @@ pub const RATIOS: [f64; 4] = [0.05, 0.5, 1.0, 2.5];
 pub const RESTITUTIONS: [f64; 3] = [0.1, 0.4, 0.9];
 /// Moments in space.
 pub(crate) const ROLLING: Rolling = Rolling {
-    bending_stiffness: 0.1,
+    bending_stiffness: Some(0.1),
     twisting_stiffness: 0.08,
     limit: Some(0.1),
 };
@@ -102,8 +102,11 @@ pub(crate) fn contact_in_space(source: &mut Source, combination: usize) -> Conta
         springs,
         ..ContactLaw::default()
     };
+    let stiffer = drawn(source, [0.1, 1.0, 3.0]);
     let rolling = Rolling {
-        bending_stiffness: ROLLING.bending_stiffness * drawn(source, [0.1, 1.0, 3.0]),
+        bending_stiffness: ROLLING
+            .bending_stiffness
+            .map(|stiffness| stiffness * stiffer),
         twisting_stiffness: ROLLING.twisting_stiffness * drawn(source, [0.1, 1.0, 3.0]),
         limit: drawn(source, [None, Some(0.03), ROLLING.limit, Some(0.5)]),
     };

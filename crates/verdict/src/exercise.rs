@@ -147,7 +147,7 @@ fn constants(case: &Case, see: &mut See<'_>) {
     see_some("tangential dashpots", "", law.contact.tangential_viscosity);
     see_some("γ", "J/m²", law.contact.adhesion);
     if let Some(rolling) = law.contact.rolling {
-        see_some("bending stiffness", "N·m", Some(rolling.bending_stiffness));
+        see_some("bending stiffness", "N·m", rolling.bending_stiffness);
         see_some(
             "twisting stiffness",
             "N·m",

@@ -60,7 +60,7 @@ pub fn candidates(case: &Case) -> Vec<Form> {
         forms.push(Form::SpinsDampedByOld);
     }
     if let Some(rolling) = law.contact.rolling {
-        forms.push(Form::MomentNotTurned);
+        forms.extend((!rolling.is_constant()).then_some(Form::MomentNotTurned));
         forms.extend(rolling.limit.map(|_| Form::TwistingLimited));
     }
     let mut obstacles = case.model.obstacles.iter();
@@ -189,6 +189,7 @@ pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
             is_hertz && law.has_friction() && law.has_dashpots() && of_its_own
         }
         Needs::Moments => moments.is_some(),
+        Needs::ConstantMoments => moments.is_some_and(|rolling| rolling.is_constant()),
         Needs::MomentsAndWalls => moments.is_some() && has_flat,
     }
 }

@@ -253,8 +253,10 @@ impl Frame {
             *modulus *= mass / (length * time * time);
         }
         if let Some(rolling) = &mut model.law.contact.rolling {
-            rolling.bending_stiffness *= mass * length * length / (time * time);
-            rolling.twisting_stiffness *= mass * length * length / (time * time);
+            let stiffness = mass * length * length / (time * time);
+            let bending = rolling.bending_stiffness.iter_mut();
+            bending.for_each(|bending| *bending *= stiffness);
+            rolling.twisting_stiffness *= stiffness;
         }
         if let Some(adhesion) = &mut model.law.contact.adhesion {
             *adhesion *= mass / (time * time);

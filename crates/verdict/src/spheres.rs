@@ -9,7 +9,7 @@ use grains::model::{Axis, Law, Model, Solid};
 use grains::native::NativeError;
 use grains::obstacle::{Obstacle, Surface};
 use grains::scene::{
-    AdhesionLaw, ContactLaw, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
+    AdhesionLaw, ContactLaw, Rolling, Scene, SlipVelocity, Springs, Tension, TorqueArms, Viscosity,
     parse_scene,
 };
 use grains::tables::{Bodies, Punch};
@@ -66,7 +66,7 @@ type Change = fn(&mut Model, &mut Bodies);
 const HERTZ: usize = 3;
 const DASHPOTS: usize = 6;
 
-const LAWS: [(&str, Change); 17] = [
+const LAWS: [(&str, Change); 18] = [
     ("linear springs in space", |model, _| {
         model.law.contact = ContactLaw::default();
         model.law.friction_angle = 0.0;
@@ -117,6 +117,13 @@ const LAWS: [(&str, Change); 17] = [
     }),
     ("Hertz–Mindlin with moments", |model, _| {
         model.law.contact.rolling = Some(ROLLING);
+    }),
+    ("Hertz–Mindlin with a constant torque", |model, _| {
+        model.law.contact.rolling = Some(Rolling {
+            bending_stiffness: None,
+            twisting_stiffness: 0.0,
+            ..ROLLING
+        });
     }),
     ("Hertz–Mindlin with adhesion", |model, _| {
         model.law.contact.adhesion = Some(ADHESION);

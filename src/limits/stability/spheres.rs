@@ -210,7 +210,7 @@ pub fn bed_scene(grains: u32, modulus: f64) -> Scene {
 
 fn unlimited(stiffness: f64) -> Rolling {
     Rolling {
-        bending_stiffness: stiffness,
+        bending_stiffness: Some(stiffness),
         twisting_stiffness: stiffness,
         limit: None,
     }

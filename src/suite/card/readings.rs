@@ -16,8 +16,10 @@ use grains::vector::{dot, hypot, minus, times};
 
 /// Steps in a contact time where a rebound is read.
 const STEPS_OF_BOUNCE: u64 = 1000;
+/// N·m/rad.
+const BENDING: f64 = 2.0e-3;
 const ROLLING: Rolling = Rolling {
-    bending_stiffness: 2.0e-3,
+    bending_stiffness: Some(BENDING),
     twisting_stiffness: 1.0e-3,
     limit: None,
 };
@@ -453,7 +455,7 @@ impl List {
         };
         let share = if meeting.place.is_pair() { 1.25 } else { 1.0 };
         for (key, name, component, asked) in [
-            ("bending", "bending stiffness", 1, ROLLING.bending_stiffness),
+            ("bending", "bending stiffness", 1, BENDING),
             (
                 "twisting",
                 "twisting stiffness",
@@ -475,7 +477,7 @@ impl List {
         // So stiff that the limit is reached at once.
         let limit = 0.05;
         let stiff = Rolling {
-            bending_stiffness: 1.0e3 * ROLLING.bending_stiffness,
+            bending_stiffness: Some(1.0e3 * BENDING),
             limit: Some(limit),
             ..ROLLING
         };

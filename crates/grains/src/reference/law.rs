@@ -6,9 +6,10 @@ use std::hint::black_box;
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, series};
 use crate::rules::{
-    Arms, ArmsAtWalls, LimitFrom, MomentLimit, MomentTurn, MomentsAtWalls, NewContact,
-    RestitutionFormula, Slip, SlipAdded, SlipAtWalls, SpringMemory, SpringTurn, SpringWhenSliding,
-    StiffnessMean, TangentialDashpot, TensionRule, WallMass, WallRadius, WallStiffness,
+    Arms, ArmsAtWalls, ConstantMoment, LimitFrom, MomentLimit, MomentTurn, MomentsAtWalls,
+    NewContact, RestitutionFormula, Slip, SlipAdded, SlipAtWalls, SpringMemory, SpringTurn,
+    SpringWhenSliding, StiffnessMean, TangentialDashpot, TensionRule, WallMass, WallRadius,
+    WallStiffness,
 };
 use crate::scene::{AdhesionLaw, Rolling, Springs, Tension, Viscosity};
 use crate::tables::Body;
@@ -655,6 +656,7 @@ impl Reference {
         let force = match self.rules().moment_limit {
             MomentLimit::AsFriction => self.pressing(pair, strength, normal_force),
             MomentLimit::NormalForce => norm(normal_force),
+            MomentLimit::Spring => strength.elastic.abs(),
         };
         let [one, two] = self.numbers(Input::RollingRadii, touch.first, touch.radii);
         match rolling.limit {
@@ -682,7 +684,7 @@ impl Reference {
         }
         let relative = minus(on[1].spin, on[0].spin);
         let twist = times(dot(relative, touch.normal), touch.normal);
-        let stiffnesses = [rolling.bending_stiffness, rolling.twisting_stiffness];
+        let rolls = minus(relative, twist);
         let before = remembered.map_or([NONE; 2], |memory| {
             let turned = |vector| self.turned(memory.normal, vector, touch, on);
             let bending = match self.rules().moment_turn {
@@ -694,16 +696,31 @@ impl Reference {
             };
             [bending, self.turned_along(memory, touch, on)]
         });
-        let rates = [minus(relative, twist), twist];
-        let [mut bending, mut twisting] = [0, 1].map(|at| {
-            let way = times(self.constants.dt, rates[at]);
-            minus(before[at], times(stiffnesses[at], way))
-        });
+        let grown = |before: Vector, stiffness: f64, rate: Vector| {
+            minus(before, times(stiffness, times(self.constants.dt, rate)))
+        };
+        let mut twisting = grown(before[1], rolling.twisting_stiffness, twist);
         let most = self.most_moment(rolling, touch, constants, normal_force);
-        let size = norm(bending);
-        if self.looks.is_none() && size > most {
-            bending = times(most / size, bending);
-        }
+        let bending = match rolling.bending_stiffness {
+            Some(stiffness) => {
+                let bending = grown(before[0], stiffness, rolls);
+                let size = norm(bending);
+                match self.looks.is_none() && size > most {
+                    true => times(most / size, bending),
+                    false => bending,
+                }
+            }
+            None => {
+                let size = match self.rules().constant_moment {
+                    ConstantMoment::AlongRolling => norm(rolls),
+                    ConstantMoment::ShareOfSpin => norm(relative),
+                };
+                match most.is_finite() && size > 0.0 {
+                    true => times(-(most / size), rolls),
+                    false => NONE,
+                }
+            }
+        };
         let size = norm(twisting);
         if self.has(Form::TwistingLimited) && size > most {
             twisting = times(most / size, twisting);

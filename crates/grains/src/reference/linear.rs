@@ -93,7 +93,9 @@ impl Reference {
             c_s: -dot(self.braking(&strength, tangent), tangent),
             stretch,
             arms,
-            bending: rolling.map_or(0.0, |rolling| rolling.bending_stiffness),
+            bending: rolling
+                .and_then(|rolling| rolling.bending_stiffness)
+                .unwrap_or(0.0),
             twisting: rolling.map_or(0.0, |rolling| rolling.twisting_stiffness),
         }
     }

@@ -633,17 +633,29 @@ impl Laws<'_> {
             let grown = |before: Vectors, stiffness: f64, rate: Vectors| {
                 minus(before, times(all(stiffness), times(dt, rate)))
             };
-            let bending = turned(block.moments[0], turns);
-            let mut bending = grown(bending, rolling.bending_stiffness, minus(relative, twist));
+            let rolls = minus(relative, twist);
             let twisting = turned(block.moments[1], turns);
             let twisting = grown(twisting, rolling.twisting_stiffness, twist);
-            if let Some(limit) = rolling.limit.filter(|limit| *limit > 0.0) {
-                let force = size_squared.sqrt();
-                let most = force * (all(limit) * ((r1 + r2) / all(2.0)));
-                let size = dot(bending, bending).sqrt();
-                let is_cut = size.exceeds(most).and(force.exceeds(all(0.0)));
-                bending = is_cut.choose(times(most / size, bending), bending);
-            }
+            let force = size_squared.sqrt();
+            let limit = rolling.limit.filter(|limit| *limit > 0.0);
+            let most = |limit| force * (all(limit) * ((r1 + r2) / all(2.0)));
+            let bending = match (rolling.bending_stiffness, limit) {
+                (Some(stiffness), limit) => {
+                    let bending = turned(block.moments[0], turns);
+                    let bending = grown(bending, stiffness, rolls);
+                    limit.map_or(bending, |limit| {
+                        let (most, size) = (most(limit), dot(bending, bending).sqrt());
+                        let is_cut = size.exceeds(most).and(force.exceeds(all(0.0)));
+                        is_cut.choose(times(most / size, bending), bending)
+                    })
+                }
+                (None, Some(limit)) => {
+                    let (most, size) = (most(limit), dot(rolls, rolls).sqrt());
+                    let acts = size.exceeds(all(0.0)).and(force.exceeds(all(0.0)));
+                    acts.choose(times(-(most / size), rolls), none)
+                }
+                (None, None) => none,
+            };
             moments = [bending, twisting];
         }
 

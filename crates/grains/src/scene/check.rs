@@ -405,6 +405,14 @@ fn in_space(at: &str, scene: &Scene, found: &mut Findings<'_>) {
             "left out in the plane",
             depth.is_some(),
         ),
+        (
+            "rolling",
+            contact.rolling.is_some(),
+            "given a bending_stiffness, or a limit that is the constant torque",
+            contact
+                .rolling
+                .is_none_or(|rolling| !rolling.is_constant() || rolling.limit.is_some()),
+        ),
     ] {
         let [here, pouring] = [place(&format!("/contact/{key}")), format!("/contact/{key}")];
         found.follows(!given || holds, &[here.as_str(), &pouring, DEPTH], wanted);
