@@ -25,7 +25,7 @@ const ELSEWHERE: &str = r#"
     /usr/bin/python3 -i yade_scripts/open_run.py ⇒ needs YADE, and a reader who types ⇒ tests/yade_open.rs ⇒ open_run.load(folder, settled)
     ci/release ⇒ wants root ⇒ ci/test ⇒ bash ci/release "$out/release"
     crossgrain study run methods ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/tradeoff"
-    crossgrain engine check yade ⇒ needs YADE ⇒ tests/yade_live.rs ⇒ engine check yade --loop {order}
+    crossgrain engine check yade ⇒ needs YADE ⇒ tests/conformance_table.rs ⇒ engine table --grains 100 --quiet --out table yade-sorted yade-ordinary
     crossgrain engine check exec:adapters/lammps.py ⇒ needs LAMMPS ⇒ tests/conformance_table.rs ⇒ engine table --grains 100 --quiet --out table yade-sorted yade-ordinary lammps
     git bisect ⇒ wants a repository with a change to find ⇒ tests/regression/commits.rs ⇒ page.find("git bisect start
     job=$(sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ {array}\necho \"$job\"

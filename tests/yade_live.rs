@@ -68,8 +68,8 @@ fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
     let mut scene = crossgrain::suite::cross_code::rough(5000);
-    scene.settle.check_every = 10_000;
-    scene.settle.max_steps = 20_000;
+    scene.settle.check_every = 6_000;
+    scene.settle.max_steps = 12_000;
     // At the second look the bed has less energy than at the first, so pouring ends there.
     scene.settle.kinetic_energy_fraction = 0.99;
     scene.loading.pressure = 1.0e9;
@@ -79,7 +79,7 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
     let (native, comparison) = agreed_whole(&scene);
     let stages = &native.record.stages;
     let steps: Vec<u64> = stages.iter().map(|stage| stage.steps).collect();
-    assert_eq!(steps, [20_000, 3_000]);
+    assert_eq!(steps, [12_000, 3_000]);
     is_same(&comparison, "settled grains", 25_000);
     is_same(&comparison, "last grains", 25_000);
     let sliding = |contact: &&Contact| contact.tangential_force != 0.0;
@@ -264,16 +264,6 @@ fn the_ordinary_loop_is_equal_to_rounding() {
 }
 
 /// The command of the pages: `engine check` names both loops of YADE.
-#[test]
-#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
-fn engine_check_judges_both_loops() {
-    let folder = &new_folder();
-    for (order, verdict) in [("sorted", "Identical"), ("ordinary", "Equal to rounding")] {
-        let check = format!("engine check yade --loop {order} --grains 100 --quiet");
-        tells(folder, 0, &check[..], [&format!("AGREED: {verdict}")]);
-    }
-}
-
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_holds_no_socket_and_does_not_outlive_the_program() {

@@ -399,7 +399,7 @@ pub mod tests {
         mfix-dem-04: friction=1e-7 inertia=1e-7 shear-stiffness=1e-6
         lammps-rolling: twisting-stiffness=1e-9 rolling-limit=1e-9
         moments: rolling-stiffness=1e-9 twisting-stiffness=1e-9
-        constant-torque: rolling-limit=1e-9 friction=1e-7 inertia=1e-7
+        constant-torque: rolling-limit=1e-9 inertia=1e-7
         lammps-pull-off: adhesion=1e-9 modulus=1e-9
         materials: material=1e-9
         adhesion: material=1e-9 adhesion=1e-8
