@@ -27,7 +27,7 @@ use grains::native::{self as own, NativeError, Trouble};
 use grains::obstacle::Surface;
 use grains::rules::Rules;
 use grains::scene::{AdhesionLaw, Rolling, Scene, Springs};
-use grains::tables::{Bodies, Stage};
+use grains::tables::{Bodies, Snapshot, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 use grains::variant::Form;
 use verdict::Answer;
@@ -87,6 +87,11 @@ pub trait Engine: std::fmt::Debug + Send + Sync {
         work: &Path,
         observer: &mut dyn Observer,
     ) -> Result<Run, EngineError>;
+
+    /// The moments of each of these runs, in order, in one start; nothing where it makes them one by one, or where one of them fails.
+    fn run_together(&self, _runs: &[(&Scene, &Task)]) -> Option<Vec<Vec<Snapshot>>> {
+        None
+    }
 
     /// What it makes of each case, in order, in one start; `work` is an empty folder.
     fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError>;

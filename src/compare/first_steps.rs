@@ -251,6 +251,13 @@ pub fn from_bed(
         progress,
     )?;
     let nobody_to_ask = found.starts.iter().all(|start| start.skipped.is_some());
+    let has_run = |asked: &Excerpt, excerpt: &Excerpt| {
+        engine.lacks(&asked.scene, &asked.task).is_none() && !excerpt.has_no_run()
+    };
+    let pairs = asked.iter().zip(&reference.excerpts);
+    let runs = pairs.filter(|(asked, excerpt)| !nobody_to_ask && has_run(asked, excerpt));
+    let runs: Vec<_> = runs.map(|(asked, _)| (&asked.scene, &asked.task)).collect();
+    let mut together = engine.run_together(&runs).unwrap_or_default().into_iter();
     for (asked, excerpt) in asked.iter().zip(&reference.excerpts) {
         progress(&excerpt.start);
         match engine.lacks(&asked.scene, &asked.task) {
@@ -261,7 +268,8 @@ pub fn from_bed(
                 found.not_asked.push(excerpt.not_asked(lacking.to_owned()));
             }
             None => {
-                let judged = match run_excerpt(engine, asked) {
+                let moments = together.next().map(|seen| Ok(Ok(seen)));
+                let judged = match moments.unwrap_or_else(|| run_excerpt(engine, asked)) {
                     // What is wrong with it is known, and may well end its run.
                     Err(error) if found.verdict() == Verdict::Different => {
                         excerpt.failed(error.to_string())

@@ -125,7 +125,7 @@ impl Engine for Options {
         let yade = check_scene(scene, self)?;
         exec::write_scene(work, scene, task, &self.settings())?;
         let scripts = scripts(RUN_SCENE, task.start.bodies.in_space());
-        let (took, version) = start(&yade, &scripts, work, self, observer)?;
+        let (took, version) = start(&yade, &scripts, work, self, None, observer)?;
         Ok(Run {
             outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
             engine: EngineRecord::Yade {
@@ -141,6 +141,33 @@ impl Engine for Options {
                 ..took
             }),
         })
+    }
+
+    fn run_together(&self, runs: &[(&Scene, &Task)]) -> Option<Vec<Vec<Snapshot>>> {
+        let (first, work) = (runs.first()?.0, work_folder().ok()?);
+        let yade = check_scene(first, self).ok()?;
+        let place = |index: usize| work.path().join(index.to_string());
+        for (index, (scene, task)) in runs.iter().enumerate() {
+            new_folder(&place(index)).ok()?;
+            exec::write_scene(&place(index), scene, task, &self.settings()).ok()?;
+        }
+        let scripts = scripts(RUN_SCENE, first.in_space());
+        start(
+            &yade,
+            &scripts,
+            work.path(),
+            self,
+            Some(runs.len()),
+            &mut (),
+        )
+        .ok()?;
+        let mut all = Vec::new();
+        for (index, (scene, task)) in runs.iter().enumerate() {
+            let mut seen: Vec<Snapshot> = Vec::new();
+            read::scene(&place(index), scene, task, &mut seen).ok()?;
+            all.push(seen);
+        }
+        Some(all)
     }
 
     fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
@@ -163,7 +190,7 @@ impl Engine for Options {
             ..self.clone()
         };
         let scripts = scripts(TIME_STEPS, bodies.in_space());
-        let (_, version) = start(&yade, &scripts, work, &options, &mut ())?;
+        let (_, version) = start(&yade, &scripts, work, &options, None, &mut ())?;
         let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
         Ok((timed, version))
     }
@@ -403,7 +430,7 @@ fn start_cases(
     exec::write_cases(work, cases, &settings)?;
     let in_space = cases.iter().any(|case| case.bodies.in_space());
     let scripts = scripts(script, in_space);
-    Ok(start(&yade, &scripts, work, options, observer)?.1)
+    Ok(start(&yade, &scripts, work, options, None, observer)?.1)
 }
 
 /// What YADE would choose, s.
@@ -431,16 +458,21 @@ pub fn propose(cases: &[&Case], options: &Options, work: &Path) -> Result<(Vec<P
     Ok((proposals, version))
 }
 
+/// Tells the scripts of several jobs.
+const JOBS: &str = "CROSSGRAIN_JOBS";
+
 fn can(lacking: Option<String>) -> Result<()> {
     lacking.map_or(Ok(()), |what| Err(lacks(what)))
 }
 
-/// Runs the script on the job in `work` to its end, or ends it; what it took, and YADE's version.
+/// Runs the script on the job in `work`, or on so many in the folders 0, 1, … of it, to its end, or ends it; what it took, and YADE's
+/// version.
 fn start(
     yade: &Installation,
     scripts: &[Script],
     work: &Path,
     options: &Options,
+    jobs: Option<usize>,
     observer: &mut dyn Observer,
 ) -> Result<(Done, String)> {
     let work = &whole_path(work)?;
@@ -466,7 +498,9 @@ fn start(
         .env("CROSSGRAIN_PARENT", std::process::id().to_string())
         .env("PYTHONPATH", work)
         .env("HOME", &home)
-        .env("IPYTHONDIR", &home);
+        .env("IPYTHONDIR", &home)
+        .env_remove(JOBS)
+        .envs(jobs.map(|jobs| (JOBS, jobs.to_string())));
     let mut version = Ok(None);
     let mut fits = || {
         if matches!(version, Ok(None)) {
