@@ -3,7 +3,7 @@
 
 use crossgrain::checks::Outcome;
 use crossgrain::compare::{Comparison, compare, first_difference::Locator};
-use crossgrain::engine::yade;
+use crossgrain::engine::{Engine, yade};
 use crossgrain::suite::run::{self, Role};
 use grains::scene::{
     AfterForce, Cloud, Damping, Shape, SlipVelocity, Tension, TorqueArms, Viscosity,
@@ -183,6 +183,34 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     for scene in [small_scene(), slow, spheres, standing] {
         agreed_whole(&scene);
     }
+}
+
+#[test]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
+fn runs_of_one_start_are_those_made_one_by_one() {
+    let mut scenes = [tiny_scene(), frictional_scene()];
+    for scene in &mut scenes {
+        (scene.settle.check_every, scene.settle.max_steps) = (300, 600);
+    }
+    let tasks = scenes.each_ref().map(initial_bodies).map(Task::whole);
+    let runs: Vec<(&Scene, &Task)> = scenes.iter().zip(&tasks).collect();
+    let together = sorted().run_together(&runs).expect("one start");
+    for ((scene, task), moments) in runs.iter().zip(&together) {
+        let mut alone: Vec<Snapshot> = Vec::new();
+        let run = sorted().run(scene, task, &new_folder(), &mut alone);
+        run.expect("a run");
+        assert!(alone.len() > 2);
+        let bits = |moments: &[Snapshot]| -> Vec<String> {
+            let all = moments.iter();
+            all.map(|moment| format!("{} {}", moment.step, moment.bodies.digest()))
+                .collect()
+        };
+        assert_eq!(bits(moments), bits(&alone));
+    }
+    // One that YADE cannot do.
+    scenes[1].contact.viscosity = Viscosity::restitution(0.5, Tension::Unclipped);
+    let runs: Vec<(&Scene, &Task)> = scenes.iter().zip(&tasks).collect();
+    assert_eq!(sorted().run_together(&runs), None);
 }
 
 #[test]

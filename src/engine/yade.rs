@@ -145,7 +145,10 @@ impl Engine for Options {
 
     fn run_together(&self, runs: &[(&Scene, &Task)]) -> Option<Vec<Vec<Snapshot>>> {
         let (first, work) = (runs.first()?.0, work_folder().ok()?);
-        let yade = check_scene(first, self).ok()?;
+        let yade = find(self.program.as_deref()).ok()?;
+        if runs.iter().any(|(scene, _)| lacking(scene).is_some()) {
+            return None;
+        }
         let place = |index: usize| work.path().join(index.to_string());
         for (index, (scene, task)) in runs.iter().enumerate() {
             new_folder(&place(index)).ok()?;
