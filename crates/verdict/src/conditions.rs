@@ -142,11 +142,11 @@ fn touching(own: &Snapshot, body: u32) -> BTreeSet<u32> {
     touching.map(|contact| contact.id2).collect()
 }
 
-/// What all of these contacts have that are wrong or missing, as `what` says, and no other one among some of this moment; `before` is
-/// the moment before it.
+/// What all of these contacts have that are wrong or missing, as `what` says, and no other one among some of this moment; `past` has
+/// the moments before it.
 pub(crate) fn of_contacts(
     case: &Case,
-    before: Option<&Snapshot>,
+    past: &[Snapshot],
     own: &Snapshot,
     (what, wrong): (&str, &[(u32, u32)]),
     among: &dyn Fn((u32, u32)) -> bool,
@@ -200,7 +200,7 @@ pub(crate) fn of_contacts(
         let [one, two] = [row.contact.id1, row.contact.id2].map(velocity);
         dot(minus(two, one), row.normal()) > 0.0
     });
-    if let Some(before) = before {
+    if let Some(before) = past.last() {
         let before: BTreeMap<_, _> = Table::from(before)
             .rows()
             .map(|row| (row.ids(), row.contact))
@@ -220,6 +220,27 @@ pub(crate) fn of_contacts(
         );
         properties.add("they slid a step before", |row| {
             had(row, &|before| slides(case, before))
+        });
+        // In how many moments up to this one without a break, and whether ever before such a break.
+        let mut ages: BTreeMap<_, (f64, bool)> = BTreeMap::new();
+        let latest = past.iter().rev();
+        for (age, moment) in latest.enumerate().map(|(age, moment)| (age as f64, moment)) {
+            for contact in &moment.contacts {
+                let (since, again) = ages.entry(contact.ids()).or_default();
+                match *since == age {
+                    true => *since += 1.0,
+                    false => *again = true,
+                }
+            }
+        }
+        let age = |row: &Row| ages.get(&row.ids()).copied().unwrap_or_default();
+        properties.add("they have parted and touch again", |row| age(row).1);
+        properties.add("they have just begun, of two that touched before", |row| {
+            let (since, again) = age(row);
+            since == 0.0 && again
+        });
+        properties.number("the number of moments that they have been there", |row| {
+            age(row).0
         });
     }
     let directions = [
@@ -276,6 +297,48 @@ pub(crate) fn of_contacts(
     properties.number("the number of contacts of one of their grains", |row| {
         of_grains(row, &|id| partners[id as usize])
     });
+    properties.number("the smaller id of their grains", |row| {
+        -of_grains(row, &|id| -f64::from(id))
+    });
+    let apart = |row: &Row| f64::from(row.contact.id1.abs_diff(row.contact.id2));
+    properties.number("how far apart the ids of two grains are", |row| {
+        if ids.is_grain(row.contact.id1) {
+            apart(row)
+        } else {
+            0.0
+        }
+    });
+    // Where each stands among all, and among those of its first and of its second body that have rising ids.
+    let mut counts: BTreeMap<(u32, bool), f64> = BTreeMap::new();
+    let mut places: BTreeMap<(u32, u32), [f64; 5]> = BTreeMap::new();
+    for (place, contact) in (1..).map(f64::from).zip(&own.contacts) {
+        let (one, two) = contact.ids();
+        let mut next = |id: u32, is_first: bool| {
+            let count = counts.entry((id, is_first)).or_default();
+            *count += 1.0;
+            *count
+        };
+        let (as_first, as_second) = (next(one, true), next(two, false));
+        let so_far = |id: u32, counts: &BTreeMap<(u32, bool), f64>| -> f64 {
+            let both = [true, false].map(|is_first| counts.get(&(id, is_first)).copied());
+            both.into_iter().flatten().sum()
+        };
+        let of_both = [one, two].map(|id| so_far(id, &counts));
+        places.insert(
+            (one, two),
+            [place, as_first, as_second, of_both[0], of_both[1]],
+        );
+    }
+    let words = [
+        "their place in the table of contacts",
+        "their place among those of their first body with a higher id",
+        "their place among those of their second grain with a lower id",
+        "their place among those of their first body",
+        "their place among those of their second grain",
+    ];
+    for (at, words) in words.into_iter().enumerate() {
+        properties.number(words, |row| places[&row.ids()][at]);
+    }
     // Of both grains.
     let least = |row: &Row, column: &[f64]| -of_grains(row, &|id| -column[id as usize]);
     properties.number("the sum of their radii, m,", |row| radii(row).iter().sum());
@@ -480,7 +543,7 @@ mod tests {
             let missing = rows.filter(|row| is_missing(row, &own.bodies.x));
             let missing: Vec<_> = missing.map(|row| row.ids()).collect();
             let what = ("contacts are missing", &missing[..]);
-            of_contacts(&state.case, None, own, what, &|_| true).unwrap_or_default()
+            of_contacts(&state.case, &[], own, what, &|_| true).unwrap_or_default()
         };
         let far = |row: &crate::contacts::Row, x: &[f64]| {
             let ends = [row.contact.id1, row.contact.id2];

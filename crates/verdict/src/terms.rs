@@ -162,7 +162,9 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             CUT_EARLY => sticks_otherwise || has_off(NEW_STICKS) || has_off(STICKING),
             STICKING_AGAIN => sticks_otherwise,
             SLIDING => sticks_otherwise || is_told(CUT_EARLY),
-            NEW_SLIDES => is_off(NEW_STICKS) || is_told(CUT_EARLY) || is_told(SLIDING),
+            NEW_SLIDES => {
+                is_off(NEW_STICKS) || is_told(NEW_STICKS) || is_told(CUT_EARLY) || is_told(SLIDING)
+            }
             SLIDING_ON => (NEW_STICKS..SLIDING_ON).any(&is_off),
             NOT_CUT => {
                 let slide = |sliding| keys.iter().any(|key| key.0 == sliding);

@@ -51,6 +51,9 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
     if in_single_precision(rows) {
         return Some((IN_SINGLE_PRECISION.to_owned(), String::new()));
     }
+    if let Some(said) = coarse(rows) {
+        return Some((said, String::new()));
+    }
     let plainly = off.iter().filter(|row| row.ratio() > 30.0).count();
     if plainly == 0 || !off.iter().any(|row| row.ratio() > PLAIN) {
         return None;
@@ -95,6 +98,42 @@ fn in_single_precision(rows: &[Row]) -> bool {
         told.into_iter().all(near) && hypot(row.off) <= SINGLE * hypot(model)
     };
     off.count() >= FEWEST && rows.iter().all(has_few_bits)
+}
+
+/// Of what one term is, rows are off by at most so much, some operations of 24 bits, and half of them by more than so much.
+const COARSE: [f64; 2] = [3.0e-7, 3.0e-9];
+/// One of both ways has at least this share of them.
+const EITHER_WAY: f64 = 0.2;
+
+/// The smallest term that is made in single precision: rows are off either way by some 1e-8 of it, and none by more.
+fn coarse(rows: &[Row]) -> Option<String> {
+    let off = rows.iter().filter(|row| row.is_off()).count();
+    let all: Vec<&Row> = rows.iter().collect();
+    let of_term = |term: usize| -> Option<(f64, usize)> {
+        let shares = rows.iter().map(|row| {
+            let (size, off) = (hypot(row.terms[term].2), hypot(row.off));
+            (off <= COARSE[0] * size + row.least).then_some(off / size.max(f64::MIN_POSITIVE))
+        });
+        let shares: Option<Vec<f64>> = shares.collect();
+        let ways = rows.iter().filter(|row| row.is_off());
+        let along = ways
+            .filter(|row| dot(row.off, row.terms[term].2) > 0.0)
+            .count() as f64;
+        let is_either = (EITHER_WAY..=1.0 - EITHER_WAY).contains(&(along / off as f64));
+        let mut shares = shares.filter(|_| is_either && rows[0].terms[term].1 != 0.0)?;
+        shares.sort_by(f64::total_cmp);
+        let half = shares[shares.len() / 2];
+        (half > COARSE[1]).then_some((half, term))
+    };
+    if off < FEWEST || 2 * off < rows.len() {
+        return None;
+    }
+    let found = (0..shared(&all)).filter_map(of_term);
+    let (_, term) = found.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))?;
+    Some(format!(
+        "{} is {IN_SINGLE_PRECISION}",
+        rows[0].terms[term].0
+    ))
 }
 
 /// Multiples that a formula has before all others, and after them factors that hang on sizes.
@@ -308,7 +347,9 @@ fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
         if rows.len() < 6 || high - low <= 1.0e-6 * high.abs().max(usual) {
             return None;
         }
-        by_powers(name, &rows, &factors, term).or_else(|| by_groups(name, &rows, &factors))
+        by_powers(name, &rows, &factors, term)
+            .or_else(|| by_groups(name, &rows, &factors))
+            .or_else(|| by_one_size(name, &rows, &factors))
     })
 }
 
@@ -373,6 +414,26 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
     let found = found.filter(|(own, said)| *own == 0 || said.matches(" × ").count() < 3);
     // A formula has no number of its own, if there is such a one.
     found.min_by_key(|found| found.0).map(|found| found.1)
+}
+
+/// A factor that rises or falls with one size, row by row.
+fn by_one_size(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
+    let told = (0..rows[0].sizes.len()).find_map(|size| {
+        let both = rows.iter().zip(factors);
+        let mut both: Vec<(f64, f64)> = both.map(|(row, by)| (row.sizes[size].1, *by)).collect();
+        both.sort_by(|a, b| a.0.total_cmp(&b.0));
+        both.dedup_by(|a, b| a.0 == b.0);
+        let goes = |way: f64| both.windows(2).all(|two| way * (two[1].1 - two[0].1) > 0.0);
+        let enough = both.len() >= FEWEST && 2 * both.len() > rows.len();
+        (enough && (goes(1.0) || goes(-1.0))).then_some((size, both[0], both[both.len() - 1]))
+    });
+    told.map(|(size, (low, first), (high, last))| {
+        let [first, last] = [first, last].map(number);
+        format!(
+            "with {name} × a factor that goes with {}: {first} at {low:.3e} to {last} at {high:.3e} (SI)",
+            rows[0].sizes[size].0
+        )
+    })
 }
 
 fn by_groups(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
