@@ -85,14 +85,14 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(spring_secant)       /* k_n is force over overlap for dashpots */                                                \
     X(shear_secant)        /* k_s is of the overlap a radius has, not of this one */                                   \
     X(mass_at_walls)       /* 1: m/2 instead of m; 2: 2m */                                                            \
-    X(effective_mass)      /* 1: the mean; 2: the sum; 3: that of the second */                                        \
+    X(effective_mass)      /* 1: the mean; 2: the sum; 3: that of the second; 4: the smaller */                        \
     X(restitution_formula) /* 1: -ln e/sqrt(pi^2+ln^2 e); 2: -ln e/pi; 3: 1-e */                                       \
     X(dashpot_half)        /* c = b sqrt(m k) without the 2 */                                                         \
     X(dashpot_whole_velocity) /* the normal dashpot brakes all of the velocity */                                      \
     X(dashpot_corrected)   /* the normal dashpot gets the stretched slip velocity */                                   \
     X(clipping)            /* the other way */                                                                         \
     X(shear_dashpot)       /* 1: none; 2: limited together with the spring; 3: of k_n; 4: also while sliding; */ \
-                           /* 5: of the whole velocity */                                                             \
+                           /* 5: of the whole velocity; 6: in the first step alone */                                 \
     X(history_reset)                                                                                                   \
     X(history_late)        /* reset after so many steps: no first steps show it */                                     \
     X(history_not_turned) X(history_turned_back)                                                      \
@@ -105,7 +105,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(new_contact)         /* 1: no slip in its first step; 2: half of it; 3: not capped */                              \
     X(coulomb)             /* 1: none; 2: each component by itself; 3: of the spring; 4: of the pull too, or not */     \
     X(tan_phi_is_phi)                                                                                                  \
-    X(friction_of)         /* 1: the larger angle; 2: that of the first; 3: the mean */                                \
+    X(friction_of)         /* 1: the larger angle; 2: that of the first; 3: the mean; 4: of the tangents */            \
     X(friction_at_walls)   /* 1: that of grains; 2: the punch has that of walls */                                     \
     X(slip_other) X(slip_not_stretched) X(slip_without_spin) X(slip_spin_sign)                                         \
     X(slip_axis)           /* this component is left out */                                                            \
@@ -113,9 +113,9 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(rolling_kept)        /* 1: not turned; 2: reset; 3: kept without its limit */                                    \
     X(rolling_radius)      /* limit by 1: R*; 2: the sum; 3: the first radius */                                       \
     X(rolling_cap)         /* 1: none; 2: with twisting together; 3: of the spring */                                  \
-    X(twist)               /* 1: none; 2: bending's stiffness; 3: limited; 4: not turned; 5: other sign */              \
+    X(twist)               /* 1: none; 2: bending's stiffness; 3: limited; 4: not turned; 5: other sign; 6: none at walls */ \
     X(moment_of_spin)      /* multiplied by the spin, in rad/s, 1: the limit of bending; 2: twisting */                 \
-    X(adhesion_radius)     /* 1: the sum; 2: the smaller; 3: the mean */                                               \
+    X(adhesion_radius)     /* 1: the sum; 2: the smaller; 3: the mean; 4: geometric */                                               \
     X(adhesion_missing)    /* 1: at walls and punch; 2: of pairs */                                                    \
     X(adhesion_push)                                                                                                   \
     X(dmt)                 /* the limit has 1: one pull, as |N| + A; 2: the dashpot; 3: clipped as another law's */       \
@@ -142,13 +142,15 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(mass_of_disc)        /* of a cylinder as high as the sphere */                                                   \
     X(inertia_of_disc)     /* 1: half of mR^2; 2: that about y alone */                                                \
     X(pairs_missed)        /* 1: cells beside along y are not searched; 2: one of them; 3: above; 4: far ones along y */ \
-    X(pairs_most)          /* 1: the list of pairs ends after 150; 2: a grain has 3 with higher ids; 3: none with ids beyond 24 apart */ \
+    X(pairs_most)          /* 1: the list of pairs ends after 150; 2: a grain has 3 with higher ids; 3: none with ids beyond 24 apart; */ \
+                           /* 4: none has a first id of 128 or more; 5: a grain has 3 with lower ids */               \
     X(history_stays)       /* 1: what ended goes on where it touches again; 2: every 4 steps all is forgotten; 3: k_s stays the first; */ \
-                           /* 4: a grain's first contact hands its memory to a new one */                              \
-    X(single)              /* in single precision are 1: the normal spring; 2: sums of forces; 3: dashpots */          \
+                           /* 4: a grain's first contact hands its memory to a new one; 5: it forgets where the number of contacts changed; */ \
+                           /* 6: as 1, of the moment against rolling alone */                                         \
+    X(single)              /* in single precision are 1: the normal spring; 2: sums of forces; 3: dashpots; 4: what slip adds; 5: torques */ \
     X(one_of_two)          /* 1: k_s of the smaller radius; 2: E* of the first one's v; 3: mass in c_s the first's; */ \
-                           /* 4: the rolling limit has the second's radius */                                          \
-    X(damping_spins)       /* 1: together; 2: by the velocities' sign */                                               \
+                           /* 4: the rolling limit has the second's radius; 5: G* of the second's v; 6: mass in c_s the second's */ \
+    X(damping_spins)       /* 1: together; 2: by the velocities' sign; 3: half as much */                              \
     X(slows)               /* 1: tan phi falls with the slip velocity; 2: k_n with the radii apart */                  \
     X(pairs_every)         /* the search comes every so many steps, without a margin */                                \
     X(pairs_twice)         /* pairs across the middle of y */                                                          \
@@ -516,6 +518,7 @@ static Stiffness stiffness(const Material *a, const Material *b, local r1, local
 #endif
     if (fault.effective_modulus == 2) whole = (ea / plane1 + eb / plane2) / 4;
     local shear = 1 / (OVER(two - va, ga) + OVER(two - vb, gb));
+    if (fault.one_of_two == 5) shear = 1 / (OVER(two - vb, OVER(ea, 2 * (1 + vb))) + OVER(two - vb, gb));
     if (fault.shear_modulus == 2) shear = in_series(ga, gb);
     if (fault.shear_modulus == 4) shear = ga / (2 * (2 - va));
     of.normal = ((local)4 / 3) * whole * sqrt(of.radius);
@@ -529,6 +532,7 @@ static local effective_mass(const Contact *of)
     const local two = grains[of->second].mass[0];
     if (of->first >= count) return fault.mass_at_walls == 1 ? two / 2 : fault.mass_at_walls == 2 ? 2 * two : two;
     const local one = grains[of->first].mass[0];
+    if (fault.effective_mass == 4) return fmin(one, two);
     if (fault.effective_mass) return fault.effective_mass == 1 ? (one + two) / 2 : fault.effective_mass == 2 ? one + two : two;
     return in_series(one, two);
 }
@@ -541,6 +545,7 @@ static local tan_phi(const Contact *of, const Material *a, const Material *b)
     double angle = fmin((double)a->friction, (double)b->friction);
     if (fault.friction_of == 1) angle = fmax((double)a->friction, (double)b->friction);
     if (fault.friction_of == 2) angle = a->friction;
+    if (fault.friction_of == 4) angle = atan((tan((double)a->friction) + tan((double)b->friction)) / 2);
     if (fault.friction_of == 3) angle = (a->friction + b->friction) / 2;
     const double own = of_punch && fault.friction_at_walls != 2 ? punch_friction : wall_friction;
     if (of->first >= count && own >= 0 && fault.friction_at_walls != 1) angle = own;
@@ -624,6 +629,7 @@ static void act(Contact *of, const Contact *old)
     if (museum(1) && flat && !hertz) k_s *= sqrt(u * r2) * (local)LENGTH;
     local pull_radius = k.radius, pull = 0, spring = hertz ? adheres == JKR ? 0 : k.normal * scale * root_cubed(u) : k_n * u;
     if (fault.adhesion_radius) pull_radius = fault.adhesion_radius == 2 ? fmin(r1, r2) : r1 + r2;
+    if (fault.adhesion_radius == 4) pull_radius = sqrt(r1 * r2) / 2;
     if (fault.adhesion_radius == 3) pull_radius /= 2;
     const local share = hertz && adheres == JKR && fault.jkr != 5 ? 3 : 4;
     if (fault.adhesion_missing != (flat ? 1 : 2)) pull = share * pi * pull_radius * energy;
@@ -636,7 +642,7 @@ static void act(Contact *of, const Contact *old)
     if (dashpots && damping_constant == 0) {
         const local of_force = museum(23) && hertz && adheres != JKR ? (local)1.5 * fabs(elastic) / u : k_n;
         c_n = factor * damping_ratio * sqrt(mass * (fault.spring_secant && hertz ? spring / u : of_force)) * (local)fault.c_n;
-        if (hertz) c_s = factor * shear_ratio * sqrt((fault.one_of_two == 3 && !flat ? grains[of->first].mass[0] : mass) * (fault.shear_dashpot == 3 ? k_n : k_s)) * (local)fault.c_s;
+        if (hertz) c_s = factor * shear_ratio * sqrt((fault.one_of_two == 3 && !flat ? grains[of->first].mass[0] : fault.one_of_two == 6 ? grains[of->second].mass[0] : mass) * (fault.shear_dashpot == 3 ? k_n : k_s)) * (local)fault.c_s;
     }
     if (fault.single == 3) c_n = (float)c_n;
     V normal = times(elastic, n);
@@ -665,6 +671,7 @@ static void act(Contact *of, const Contact *old)
         if (!old && !whole_step && approach * time > u) time = OVER(u, approach);
         if (!old && fault.new_contact) time = fault.new_contact == 1 ? 0 : fault.new_contact == 3 ? OVER(u, approach) : time / 2;
         V added = hertz || !dashpots ? times(k_s, times(time, slip)) : times(k_s * time, slip);
+        if (fault.single == 4) for (int axis = 0; axis < 3; axis++) added.of[axis] = (float)added.of[axis];
         if (museum(13)) added = remembers ? times(k_s * time, old->slip) : (V){{0}};
         if (museum(2) && flat && !hertz) added = times(c_n / c_n, added);
         if (remembers) kept = old->shear;
@@ -682,7 +689,7 @@ static void act(Contact *of, const Contact *old)
         if (adheres == JKR && fault.jkr == 4) force = fabs(elastic);
         local limit = force * tangent, squared = limit * limit;
         if (!hertz && fault.coulomb != 3) squared = dot(normal, normal) * (tangent * tangent), limit = sqrt(squared);
-        const V dashpot = times(fault.shear_dashpot == 1 ? 0 : c_s, over(times(dt, fault.shear_dashpot == 5 ? relative : slip), dt));
+        const V dashpot = times(fault.shear_dashpot == 1 || (fault.shear_dashpot == 6 && old) ? 0 : c_s, over(times(dt, fault.shear_dashpot == 5 ? relative : slip), dt));
         if (museum(9)) kept = minus(kept, dashpot);
         const V uncut = kept;
         sideways = fault.shear_dashpot == 2 ? minus(kept, dashpot) : kept;
@@ -718,6 +725,7 @@ static void act(Contact *of, const Contact *old)
     of->torques[0] = straight ? times(r1 - less, around) : cross(arm1, opposite);
     of->torques[1] = straight ? times(r2 - less, around) : cross(arm2, turns);
     if (museum(113) && !flat) of->torques[1] = of->torques[0];
+    for (int at = 0; fault.single == 5 && at < 6; at++) of->torques[at / 3].of[at % 3] = (float)of->torques[at / 3].of[at % 3];
     if (fault.torque_other == 1) of->torques[1] = times(-1, of->torques[1]);
     if (fault.torque_other == 2 || (flat && fault.torque_other == 3)) of->torques[1] = (V){{0}};
     if (fault.cross_sign) of->torques[1].of[AXIS(fault.cross_sign)] *= -1;
@@ -731,6 +739,7 @@ static void act(Contact *of, const Contact *old)
     const V rolls = minus(turning, about);
     if (fault.moment_of_spin == 2) about = times(size(about) / (local)TIME, about);
     V bending = {{0}}, twisting = {{0}};
+    if (!old && fault.history_stays == 6 && ended_of(of)) again = *ended_of(of), old = &again;
     if (old && fault.rolling_kept != 2) {
         bending = fault.rolling_kept == 1 ? old->bending : turned(old->bending, old->normal, n, spin1, spin2);
         if (as_friction) bending = cross(n, turned(cross(old->bending, old->normal), old->normal, n, spin1, spin2));
@@ -753,6 +762,7 @@ static void act(Contact *of, const Contact *old)
         bending = times(OVER(most, size(bending)), bending);
     if (rolling_limit > 0 && fault.twist == 3 && size(twisting) > most) twisting = times(OVER(most, size(twisting)), twisting);
     of->bending = fault.rolling_kept == 3 ? uncut : bending;
+    if (fault.twist == 6 && flat) twisting = (V){{0}};
     of->twisting = twisting;
     V moment = fault.twist == 1 ? bending : plus(bending, twisting);
     if (rolling_limit > 0 && fault.rolling_cap == 2 && size(moment) > most) moment = times(OVER(most, size(moment)), moment);
@@ -839,6 +849,7 @@ static void list_pair(int id, int other, real margin)
     for (int axis = 0; axis < 3; axis++) apart[axis] = grains[other].x[axis] - grains[id].x[axis];
     const real reach = margin * (grains[id].radius + grains[other].radius);
     if (other <= id || apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2] > reach * reach) return;
+    if (fault.pairs_most == 4 && id >= 128) return;
     if (fault.pairs_most == 3 && other - id > 24) return;
     if (pair_count == pair_room) pairs = resized(pairs, pair_room = 2 * pair_room + 64, sizeof *pairs);
     pairs[pair_count++] = (Pair){other, id}; /* sorted by the other one, then turned round */
@@ -898,7 +909,7 @@ static void consider(int first, int second, bool touches(Contact *), size_t *old
     const Contact *was = *old < before.count && in_order(&before.of[*old], &of) == 0 ? &before.of[*old] : NULL;
     held = was ? was->least : fault.jkr == 2 && adheres == JKR ? -1e-6 / LENGTH : 0;
     if (touches(&of)) act(&of, was);
-    else if (was && fault.history_stays == 1) {
+    else if (was && (fault.history_stays == 1 || fault.history_stays == 6)) {
         gone.of = resized(gone.of, gone.count + 1, sizeof *gone.of);
         gone.of[gone.count++] = *was;
         return;
@@ -917,6 +928,20 @@ static void evaluate_forces(void)
     contacts = (List){freed.of, 0, freed.room};
     if (!fault.pairs_every || searches++ % (int)fault.pairs_every == 0) search();
     if (fault.pairs_most == 1 && pair_count > 150) pair_count = 150;
+    static int *partners[3];
+    for (int at = 0; at < 3; at++) partners[at] = resized(partners[at], count, sizeof **partners);
+    memcpy(partners[2], partners[1], count * sizeof **partners);
+    memset(partners[0], 0, count * sizeof **partners), memset(partners[1], 0, count * sizeof **partners);
+    for (size_t at = 0; at < before.count; at++)
+        if (before.of[at].first < count) partners[1][before.of[at].first]++, partners[1][before.of[at].second]++;
+    size_t left = 0;
+    for (size_t at = 0; fault.pairs_most == 5 && at < pair_count; at++)
+        if (partners[0][pairs[at].second]++ < 3) pairs[left++] = pairs[at];
+    if (fault.pairs_most == 5) pair_count = left;
+    for (size_t at = 0; fault.history_stays == 5 && evaluations > 2 && at < before.count; at++) {
+        const int one = before.of[at].first, two = before.of[at].second;
+        if (one < count && (partners[1][one] != partners[2][one] || partners[1][two] != partners[2][two])) before.of[at].shear = (V){{0}};
+    }
     size_t old = 0;
     for (size_t at = 0; at < pair_count; at++) consider(pairs[at].first, pairs[at].second, touches_grain, &old);
     for (int index = 0; index < wall_count; index++)
@@ -941,7 +966,7 @@ static void accelerate(Grain *of)
     if (fault.damping_spins == 2) for (int c = 3; c < 6; c++) power[c] = power[c - 3];
     for (int c = 0; c < 6; c++) {
         const bool spared = (c > 2 && fault.damping_off_spin) || (fault.damping_axis && c == AXIS(fault.damping_axis));
-        if (!spared) a[c] *= 1 - alpha * ((power[c] > 0) - (power[c] < 0));
+        if (!spared) a[c] *= 1 - alpha * (fault.damping_spins == 3 && c > 2 ? (real)0.5 : 1) * ((power[c] > 0) - (power[c] < 0));
         if (fault.damping_off_gravity) a[c] += gravity[c];
     }
 }

@@ -111,15 +111,23 @@ impl<'a, T> Properties<'a, T> {
                 let and = if words.is_empty() { "" } else { " and " };
                 if of_wrong.0 > of_right.1 {
                     let from = of_wrong.0;
-                    return Some(format!("{words}{and}{number} is {from:.4e} or more"));
+                    return Some(format!("{words}{and}{number} is {} or more", plain(from)));
                 }
                 if of_wrong.1 < of_right.0 {
                     let to = of_wrong.1;
-                    return Some(format!("{words}{and}{number} is {to:.4e} or less"));
+                    return Some(format!("{words}{and}{number} is {} or less", plain(to)));
                 }
             }
         }
         None
+    }
+}
+
+/// Whole numbers, such as ids and counts, in full.
+fn plain(value: f64) -> String {
+    match value.fract() == 0.0 && value.abs() < 1.0e6 {
+        true => format!("{value}"),
+        false => format!("{value:.4e}"),
     }
 }
 
@@ -521,9 +529,9 @@ mod tests {
         );
         let both = "they slide and they are at wall 1";
         assert_eq!(split(200, &|at| at % 60 == 0).as_deref(), Some(both));
-        let above = "their x, m, is 1.9500e2 or more";
+        let above = "their x, m, is 195 or more";
         assert_eq!(split(200, &|at| at >= 195).as_deref(), Some(above));
-        let among = "they slide and their x, m, is 1.8000e2 or more";
+        let among = "they slide and their x, m, is 180 or more";
         assert_eq!(
             split(200, &|at| at >= 180 && at % 3 == 0).as_deref(),
             Some(among)

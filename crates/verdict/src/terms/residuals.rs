@@ -27,6 +27,8 @@ pub(super) struct Follower<'a> {
     before: BTreeMap<(u32, u32), Before>,
     /// The same of contacts that have ended.
     ended: BTreeMap<(u32, u32), Before>,
+    /// Where contacts that adhesion holds are, over the overlap at which it lets go, and whether they are there.
+    pub(super) held: Vec<(f64, bool)>,
 }
 
 struct Before {
@@ -91,6 +93,7 @@ impl<'a> Follower<'a> {
             run,
             before: BTreeMap::new(),
             ended: BTreeMap::new(),
+            held: Vec::new(),
         }
     }
 
@@ -118,6 +121,27 @@ impl<'a> Follower<'a> {
                 *obstacle = obstacle.after(now.step, dt);
             }
             let reference = Reference::holding(&model, &now_bodies, now.punch, &now.contacts);
+            if let Some((was, _)) = past.as_ref().filter(|_| model.law.holds()) {
+                let held = Reference::holding(&model, &now_bodies, now.punch, &was.contacts);
+                let (held, _) = held.contacts_with_across();
+                let there: BTreeMap<_, _> = now
+                    .contacts
+                    .iter()
+                    .map(|one| (one.ids(), one.overlap))
+                    .collect();
+                let to_be: BTreeMap<_, _> =
+                    held.iter().map(|one| (one.ids(), one.overlap)).collect();
+                let all = to_be
+                    .iter()
+                    .chain(there.iter().filter(|(ids, _)| !to_be.contains_key(*ids)));
+                let all = all.filter(|(_, overlap)| **overlap < 0.0);
+                self.held.extend(all.map(|(ids, overlap)| {
+                    (
+                        overlap / reference.lets_go_at(*ids),
+                        there.contains_key(ids),
+                    )
+                }));
+            }
             let loads = self.contacts(&reference, now, at, rows);
             past = Some((now, loads));
         }
@@ -302,7 +326,7 @@ impl<'a> Follower<'a> {
                 share(parts.c_s, parts.c_n)
             };
             of_normal.extend(terms! {
-                "what c_n has changed since the contact began, in the dashpot's force,", 1.0 => one(grown * parts.viscous);
+                "what c_n has changed since the contact began, in the dashpot's force", 1.0 => one(grown * parts.viscous);
                 "what the dashpot along the tangent has by the velocity along the normal", 0.0 => one(whole * parts.viscous);
             });
             of_normal.extend(terms! {
@@ -471,7 +495,7 @@ impl<'a> Follower<'a> {
             let [force, braking, slip] = parts.turned;
             let since = (1.0 - was.first[0] / parts.k_s) * has(parts.k_s > 0.0);
             of_before = terms! {
-                "what k_s has changed since the contact began, in k_s·Δt·slip,", 1.0 => times(since, sum(parts.slips));
+                "what k_s has changed since the contact began, in k_s·Δt·slip", 1.0 => times(since, sum(parts.slips));
                 "k_s·Δt·slip of the step before", 0.0 => times(1.0 + growth, told.slip);
                 "k_s·Δt·slip of the step before, turned", 0.0 => slip;
                 "the dashpot's force of the step before, which the spring keeps,", 0.0 => times(has(told.brakes), braking);
@@ -484,10 +508,10 @@ impl<'a> Follower<'a> {
         if begins {
             let more = has(parts.way != 0.0) * (u / parts.way) - parts.share;
             of_before = terms! {
-                "the force of the spring when these two parted the last time, turned with the contact,", 0.0 => outlived[0];
+                "the force of the spring when these two parted the last time, turned with the contact", 0.0 => outlived[0];
                 "the force of the spring when these two parted the last time", 0.0 => outlived[1];
-                "what the slip of more than a step has, as the share of a new contact is not capped at 1,", 0.0 => times(more.max(0.0), slip);
-                "what the slip has of a new contact whose share is not between 0 and 1,", 0.0 => times(more, slip);
+                "what the slip of more than a step has, as the share of a new contact is not capped at 1", 0.0 => times(more.max(0.0), slip);
+                "what the slip has of a new contact whose share is not between 0 and 1", 0.0 => times(more, slip);
             };
         }
         let scale = [size, told, hypot(slip), hypot(braking)]
