@@ -117,9 +117,7 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
         Input::TangentialModuli | Input::TangentialPoissons => materials && is_hertz && rubs,
         Input::AdhesionRadii => radii && law.contact.adhesion.is_some(),
         Input::NormalMasses => radii && by_mass && is_hertz,
-        Input::TangentialMasses => {
-            radii && by_mass && is_hertz && rubs && law.contact.tangential_viscosity.is_some()
-        }
+        Input::TangentialMasses => radii && by_mass && is_hertz && rubs,
     };
     let taken = INPUTS.into_iter().filter(move |(input, _)| is_used(*input));
     let taken = taken.flat_map(move |(input, _)| {

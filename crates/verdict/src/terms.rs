@@ -169,7 +169,7 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             NEW_SLIDES => {
                 is_off(NEW_STICKS) || is_told(NEW_STICKS) || is_told(CUT_EARLY) || is_told(SLIDING)
             }
-            SLIDING_ON => (NEW_STICKS..SLIDING_ON).any(&is_off),
+            SLIDING_ON => (NEW_STICKS..SLIDING_ON).any(|before| is_off(before) || is_told(before)),
             NOT_CUT => {
                 let slide = |sliding| keys.iter().any(|key| key.0 == sliding);
                 sticks_otherwise || [NEW_SLIDES, SLIDING, SLIDING_ON].into_iter().any(slide)

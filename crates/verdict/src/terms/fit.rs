@@ -8,7 +8,7 @@ use grains::vector::{Vector, dot, hypot, minus, plus, times};
 use nalgebra::{DMatrix, DVector};
 
 use super::place::place;
-use super::{DASHPOT, KEPT_DASHPOT, PLAIN, Row, Term};
+use super::{DASHPOT, KEPT_DASHPOT, PLAIN, ROUNDED, Row, Term};
 
 /// So many rows of a kind are looked at.
 const MOST_ROWS: usize = 300;
@@ -105,36 +105,43 @@ const COARSE: [f64; 2] = [3.0e-7, 3.0e-9];
 /// One of both ways has at least this share of them.
 const EITHER_WAY: f64 = 0.2;
 
-/// The smallest term that is made in single precision: rows are off either way by some 1e-8 of it, and none by more.
+/// The smallest term that is made in single precision: rows are off either way by some 1e-8 of it, and none by more. What is summed may
+/// be larger than the sum.
 fn coarse(rows: &[Row]) -> Option<String> {
-    let off = rows.iter().filter(|row| row.is_off()).count();
-    let all: Vec<&Row> = rows.iter().collect();
-    let of_term = |term: usize| -> Option<(f64, usize)> {
-        let shares = rows.iter().map(|row| {
-            let (size, off) = (hypot(row.terms[term].2), hypot(row.off));
-            (off <= COARSE[0] * size + row.least).then_some(off / size.max(f64::MIN_POSITIVE))
-        });
-        let shares: Option<Vec<f64>> = shares.collect();
-        let ways = rows.iter().filter(|row| row.is_off());
-        let along = ways
-            .filter(|row| dot(row.off, row.terms[term].2) > 0.0)
-            .count() as f64;
-        let is_either = (EITHER_WAY..=1.0 - EITHER_WAY).contains(&(along / off as f64));
-        let mut shares = shares.filter(|_| is_either && rows[0].terms[term].1 != 0.0)?;
-        shares.sort_by(f64::total_cmp);
-        let half = shares[shares.len() / 2];
-        (half > COARSE[1]).then_some((half, term))
-    };
-    if off < FEWEST || 2 * off < rows.len() {
+    let off: Vec<&Row> = rows.iter().filter(|row| row.is_off()).collect();
+    if off.len() < FEWEST || 2 * off.len() < rows.len() {
         return None;
     }
-    let found = (0..shared(&all)).filter_map(of_term);
-    let (_, term) = found.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))?;
-    Some(format!(
-        "{} is {IN_SINGLE_PRECISION}",
-        rows[0].terms[term].0
-    ))
+    // Half of the rows are off by more than this share of what has this size in each, and none by more than some operations make.
+    let half = |size: &dyn Fn(&Row) -> f64| -> Option<f64> {
+        let share = |row: &Row| {
+            let (size, off) = (size(row), hypot(row.off));
+            (off <= COARSE[0] * size + row.least).then_some(off / size.max(f64::MIN_POSITIVE))
+        };
+        let mut shares: Vec<f64> = rows.iter().map(share).collect::<Option<_>>()?;
+        shares.sort_by(f64::total_cmp);
+        Some(shares[shares.len() / 2]).filter(|half| *half > COARSE[1])
+    };
+    let is_either = |term: usize| {
+        let along = off
+            .iter()
+            .filter(|row| dot(row.off, row.terms[term].2) > 0.0);
+        (EITHER_WAY..=1.0 - EITHER_WAY).contains(&(along.count() as f64 / off.len() as f64))
+    };
+    let terms = &rows[0].terms;
+    let count = shared(&rows.iter().collect::<Vec<_>>());
+    let usual = (0..count).filter(|term| terms[*term].1 != 0.0 && is_either(*term));
+    let found = usual.filter_map(|term| Some((half(&|row| hypot(row.terms[term].2))?, term)));
+    if let Some((_, term)) = found.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))) {
+        return Some(format!("{} is {IN_SINGLE_PRECISION}", terms[term].0));
+    }
+    let summed = |row: &Row| SUMMED * row.least / ROUNDED;
+    (is_either(0) && half(&summed).is_some())
+        .then(|| format!("{} or their sum are {IN_SINGLE_PRECISION}", terms[0].0))
 }
+
+/// What is summed may be so many times as large as what is known of it.
+const SUMMED: f64 = 3.0;
 
 /// Multiples that a formula has before all others, and after them factors that hang on sizes.
 fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {

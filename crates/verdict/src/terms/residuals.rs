@@ -579,6 +579,8 @@ impl<'a> Follower<'a> {
             terms.extend(terms! {
                 "tan φ·(the normal force of the step before)", 0.0 => times(limit_before, way);
                 "Coulomb's limit along the force of the step before", 0.0 => along(old);
+                "Coulomb's limit along what the spring had when these two parted the last time, turned with the contact,", 0.0 => along(plus(outlived[0], trial));
+                "Coulomb's limit along what the spring had when these two parted the last time", 0.0 => along(plus(outlived[1], trial));
             });
             quantity = match is_early {
                 true => CUT_EARLY,
