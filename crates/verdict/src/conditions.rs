@@ -571,6 +571,31 @@ mod tests {
         assert!(said.contains("missing where they are at boxes"), "{said}");
     }
 
+    /// An array that is too short, and one of each grain that is.
+    #[test]
+    fn contacts_that_are_missing_have_a_place_in_a_table() {
+        let reference = reference().expect("a bed");
+        let mut states = reference.states().iter();
+        let state = states.find(|state| state.key == "space-0-at-rest");
+        let state = state.expect("a bed at rest");
+        let own = &grains::variant::run(&state.case, &Default::default())[0];
+        let rows: Vec<_> = Table::from(own).rows().map(|row| row.ids()).collect();
+        let told = |missing: &[(u32, u32)]| {
+            let what = ("contacts are missing", missing);
+            of_contacts(&state.case, &[], own, what, &|_| true).unwrap_or_default()
+        };
+        let said = told(&rows[150..]);
+        let of_table = "their place in the table of contacts is 151 or more";
+        assert!(said.contains(of_table), "{said}");
+        let is_third = |at: &usize| *at >= 3 && rows[*at].0 == rows[*at - 3].0;
+        let third =
+            (0..rows.len()).filter(|at| (rows[*at].0 as usize) < own.bodies.len() && is_third(at));
+        let third: Vec<(u32, u32)> = third.map(|at| rows[at]).collect();
+        let said = told(&third);
+        let of_grain = "among those of their first body with a higher id is 4 or more";
+        assert!(said.contains(of_grain), "{said}");
+    }
+
     #[test]
     fn what_may_be_chance_is_not_told() {
         assert_eq!(split(200, &|at| at == 199), None);

@@ -326,6 +326,27 @@ mod tests {
     }
 
     #[test]
+    fn where_adhesion_lets_go_is_told_if_it_is_elsewhere() {
+        let held = |end: f64| {
+            (1..40)
+                .map(|at| f64::from(at) / 20.0)
+                .map(|at| (at, at <= end))
+                .collect::<Vec<_>>()
+        };
+        let right: Vec<_> = held(1.0).into_iter().filter(|one| one.0 <= 1.0).collect();
+        assert_eq!(ends_elsewhere(&right), None);
+        for end in [0.5, 1.5] {
+            let told = ends_elsewhere(&held(end)).unwrap_or_default();
+            assert!(told.contains(&format!("until {end:.3} of")), "{told}");
+        }
+        // Some are gone and others there: it is not where they are.
+        assert_eq!(
+            ends_elsewhere(&[(0.3, false), (0.2, true), (0.6, true)]),
+            None
+        );
+    }
+
+    #[test]
     fn a_term_that_is_another_one_is_told() {
         let drift = Choice::of("integration", "drift_kick").expect("a rule");
         let faults = [
