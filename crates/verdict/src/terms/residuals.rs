@@ -44,6 +44,9 @@ struct Before {
     first: [f64; 2],
 }
 
+/// What a contact had a step ago and whether it was cut, and what a spring has that outlives its contact, turned with it and as it was.
+type Past<'a> = (Option<(&'a Before, (Told, bool))>, [Vector; 2]);
+
 /// Forces and torques on a grain of one kind.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Load {
@@ -121,7 +124,8 @@ impl<'a> Follower<'a> {
                 *obstacle = obstacle.after(now.step, dt);
             }
             let reference = Reference::holding(&model, &now_bodies, now.punch, &now.contacts);
-            if let Some((was, _)) = past.as_ref().filter(|_| model.law.holds()) {
+            if let Some(was) = at.checked_sub(1).filter(|_| model.law.holds()) {
+                let was = &moments[was];
                 let held = Reference::holding(&model, &now_bodies, now.punch, &was.contacts);
                 let (held, _) = held.contacts_with_across();
                 let there: BTreeMap<_, _> = now
@@ -464,7 +468,7 @@ impl<'a> Follower<'a> {
         &self,
         parts: &Parts,
         (tangential, normal, u, loose, turned): (Vector, Vector, f64, f64, f64),
-        (before, outlived): (Option<(&Before, (Told, bool))>, [Vector; 2]),
+        (before, outlived): Past<'_>,
         add: &mut dyn FnMut(usize, Vector, f64, Vec<Term>),
     ) {
         let case = self.case;
