@@ -279,8 +279,6 @@ pub(crate) fn causes(
         fitted.extend(tried.free(&fitted));
         // A length that is not quite met leaves a few grains in every law: that was said.
         let new = !cause.constants.is_empty() || !same_kinds(&cause.forms, &before.forms);
-        // Nor is what only some law shows said by what explains others.
-        let new = new || !cause.explained && causes.iter().all(|other| other.explained);
         if new || causes.is_empty() {
             causes.push(cause);
         }

@@ -71,17 +71,23 @@ impl<'a, T> Properties<'a, T> {
         let wrong = &self.wrong[..];
         let count = |flags: &[bool]| flags.iter().filter(|is| **is).count();
         self.has.retain(|(_, has)| count(has) > 0);
-        let tried =
-            self.has.len() * (self.has.len() + 2 * self.numbers.len()) + 2 * self.numbers.len();
-        let enough = (tried as f64 / LEVEL).ln();
-        let is_no_chance = |among: usize| ln_binomial(among as u64, count(wrong) as u64) > enough;
+        // Half of the chance is for one alone, of which fewer are tried than of two.
+        let [properties, numbers] = [self.has.len(), self.numbers.len()];
+        let alone = properties + 2 * numbers;
+        let pairs = properties * (properties + 2 * numbers);
+        let is_no_chance = |among: usize, tried: usize| {
+            let enough = (2.0 * tried as f64 / LEVEL).ln();
+            ln_binomial(among as u64, count(wrong) as u64) > enough
+        };
         let both = |a: &[bool], b: &[bool]| -> Vec<bool> {
             a.iter().zip(b).map(|(a, b)| *a && *b).collect()
         };
-        if is_no_chance(wrong.len()) {
-            if let Some((words, _)) = self.has.iter().find(|(_, has)| has == wrong) {
-                return Some(words.clone());
-            }
+        if is_no_chance(wrong.len(), alone)
+            && let Some((words, _)) = self.has.iter().find(|(_, has)| has == wrong)
+        {
+            return Some(words.clone());
+        }
+        if is_no_chance(wrong.len(), pairs) {
             for (at, (words, has)) in self.has.iter().enumerate() {
                 let mut more = self.has[at + 1..].iter();
                 if let Some((and, _)) = more.find(|(_, other)| both(has, other) == wrong) {
@@ -92,7 +98,8 @@ impl<'a, T> Properties<'a, T> {
         let all = (String::new(), vec![true; wrong.len()]);
         for (words, among) in [&all].into_iter().chain(&self.has) {
             let is_among = both(among, wrong) == wrong;
-            if !is_among || !is_no_chance(count(among)) {
+            let tried = if words.is_empty() { alone } else { pairs };
+            if !is_among || !is_no_chance(count(among), tried) {
                 continue;
             }
             for (number, values) in &self.numbers {
@@ -567,7 +574,7 @@ mod tests {
         let boxes = |row: &crate::contacts::Row, x: &[f64]| {
             (x.len() + 5..x.len() + 7).contains(&(row.contact.id1 as usize))
         };
-        let said = told(&boxes, "space-13-under-punch");
+        let said = told(&boxes, "space-14-under-punch");
         assert!(said.contains("missing where they are at boxes"), "{said}");
     }
 

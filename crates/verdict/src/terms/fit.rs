@@ -146,9 +146,10 @@ const SUMMED: f64 = 3.0;
 /// Multiples that a formula has before all others, and after them factors that hang on sizes.
 fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
     let plain = search(some, all, plainly, true);
-    let by_sizes = || factor(some, all, plainly);
+    let by_sizes = || factor(some, all, plainly, true);
+    let by_one = || factor(some, all, plainly, false);
     let any = || search(some, all, plainly, false);
-    plain.or_else(by_sizes).or_else(any)
+    plain.or_else(by_sizes).or_else(any).or_else(by_one)
 }
 
 /// The fewest terms of which another multiple explains all rows.
@@ -324,8 +325,8 @@ fn number(value: f64) -> String {
     }
 }
 
-/// One term whose factor goes by powers of sizes, or hangs on what touches.
-fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
+/// One term whose factor goes by powers of sizes, or hangs on what touches; or, where it is no formula, that rises or falls with one.
+fn factor(some: &[&Row], all: &[&Row], plainly: usize, is_formula: bool) -> Option<String> {
     if plainly < 6 {
         return None;
     }
@@ -354,9 +355,12 @@ fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
         if rows.len() < 6 || high - low <= 1.0e-6 * high.abs().max(usual) {
             return None;
         }
-        by_powers(name, &rows, &factors, term)
-            .or_else(|| by_groups(name, &rows, &factors))
-            .or_else(|| by_one_size(name, &rows, &factors))
+        match is_formula {
+            true => {
+                by_powers(name, &rows, &factors, term).or_else(|| by_groups(name, &rows, &factors))
+            }
+            false => by_one_size(name, &rows, &factors),
+        }
     })
 }
 
