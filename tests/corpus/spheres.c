@@ -85,13 +85,14 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(spring_secant)       /* k_n is force over overlap for dashpots */                                                \
     X(shear_secant)        /* k_s is of the overlap a radius has, not of this one */                                   \
     X(mass_at_walls)       /* 1: m/2 instead of m; 2: 2m */                                                            \
-    X(effective_mass)      /* 1: the mean; 2: the sum; 3: that of the second */                                        \
+    X(effective_mass)      /* 1: the mean; 2: the sum; 3: that of the second; 4: the smaller */                        \
     X(restitution_formula) /* 1: -ln e/sqrt(pi^2+ln^2 e); 2: -ln e/pi; 3: 1-e */                                       \
     X(dashpot_half)        /* c = b sqrt(m k) without the 2 */                                                         \
     X(dashpot_whole_velocity) /* the normal dashpot brakes all of the velocity */                                      \
     X(dashpot_corrected)   /* the normal dashpot gets the stretched slip velocity */                                   \
     X(clipping)            /* the other way */                                                                         \
-    X(shear_dashpot)       /* 1: none; 2: limited together with the spring; 3: of k_n; 4: also while sliding */         \
+    X(shear_dashpot)       /* 1: none; 2: limited together with the spring; 3: of k_n; 4: also while sliding; */ \
+                           /* 5: of the whole velocity; 6: in the first step alone */                                 \
     X(history_reset)                                                                                                   \
     X(history_late)        /* reset after so many steps: no first steps show it */                                     \
     X(history_not_turned) X(history_turned_back)                                                      \
@@ -101,10 +102,10 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(history_sliding)     /* after sliding, 1: nothing is kept; 2: all of it is */                                    \
     X(history_at_walls)    /* none there */                                                                            \
     X(history_displacement) /* the spring keeps 1: a displacement; 2: one that shrinks with the contact; 3: such a force */ \
-    X(new_contact)         /* 1: no slip in its first step; 2: half of it */                                           \
+    X(new_contact)         /* 1: no slip in its first step; 2: half of it; 3: not capped */                              \
     X(coulomb)             /* 1: none; 2: each component by itself; 3: of the spring; 4: of the pull too, or not */     \
     X(tan_phi_is_phi)                                                                                                  \
-    X(friction_of)         /* 1: the larger angle; 2: that of the first; 3: the mean */                                \
+    X(friction_of)         /* 1: the larger angle; 2: that of the first; 3: the mean; 4: of the tangents */            \
     X(friction_at_walls)   /* 1: that of grains; 2: the punch has that of walls */                                     \
     X(slip_other) X(slip_not_stretched) X(slip_without_spin) X(slip_spin_sign)                                         \
     X(slip_axis)           /* this component is left out */                                                            \
@@ -112,14 +113,14 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(rolling_kept)        /* 1: not turned; 2: reset; 3: kept without its limit */                                    \
     X(rolling_radius)      /* limit by 1: R*; 2: the sum; 3: the first radius */                                       \
     X(rolling_cap)         /* 1: none; 2: with twisting together; 3: of the spring */                                  \
-    X(twist)               /* 1: none; 2: bending's stiffness; 3: limited; 4: not turned; 5: other sign */              \
+    X(twist)               /* 1: none; 2: bending's stiffness; 3: limited; 4: not turned; 5: other sign; 6: none at walls */ \
     X(moment_of_spin)      /* multiplied by the spin, in rad/s, 1: the limit of bending; 2: twisting */                 \
-    X(adhesion_radius)     /* 1: the sum; 2: the smaller; 3: the mean */                                               \
+    X(adhesion_radius)     /* 1: the sum; 2: the smaller; 3: the mean; 4: geometric */                                               \
     X(adhesion_missing)    /* 1: at walls and punch; 2: of pairs */                                                    \
     X(adhesion_push)                                                                                                   \
     X(dmt)                 /* the limit has 1: one pull, as |N| + A; 2: the dashpot; 3: clipped as another law's */       \
     X(jkr)                 /* 1: ends with the surfaces; 2: begins at the largest pull; 3: a = sqrt(R*u) of k_n and k_s; */ \
-                           /* 4: limit of F alone; 5: pull of 4 pi; 6: w = gamma, not 2 gamma; 7: ends where it breaks */ \
+                           /* 4: limit of F alone; 5: pull of 4 pi; 6: w = gamma, not 2 gamma; 7: ends where it breaks; 8: at half */ \
     X(moment_rules)        /* of moments 1: the force turns, limits as friction has, none at walls; 2: a constant */      \
                            /* torque is limited by the spring and weaker where grains twist */                         \
     X(declares)            /* rules, 1 to 3: spring_memory as history_displacement; 4: flat walls; 5: both 1 and 4; */      \
@@ -141,6 +142,16 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(mass_of_disc)        /* of a cylinder as high as the sphere */                                                   \
     X(inertia_of_disc)     /* 1: half of mR^2; 2: that about y alone */                                                \
     X(pairs_missed)        /* 1: cells beside along y are not searched; 2: one of them; 3: above; 4: far ones along y */ \
+    X(pairs_most)          /* 1: the list of pairs ends after 150; 2: a grain has 3 with higher ids; 3: none with ids beyond 24 apart; */ \
+                           /* 4: none has a first id of 128 or more; 5: a grain has 3 with lower ids */               \
+    X(history_stays)       /* 1: what ended goes on where it touches again; 2: every 4 steps all is forgotten; 3: k_s stays the first; */ \
+                           /* 4: a grain's first contact hands its memory to a new one; 5: it forgets where the number of contacts changed; */ \
+                           /* 6: as 1, of the moment against rolling alone */                                         \
+    X(single)              /* in single precision are 1: the normal spring; 2: sums of forces; 3: dashpots; 4: what slip adds; 5: torques */ \
+    X(one_of_two)          /* 1: k_s of the smaller radius; 2: E* of the first one's v; 3: mass in c_s the first's; */ \
+                           /* 4: the rolling limit has the second's radius; 5: G* of the second's v; 6: mass in c_s the second's */ \
+    X(damping_spins)       /* 1: together; 2: by the velocities' sign; 3: half as much */                              \
+    X(slows)               /* 1: tan phi falls with the slip velocity; 2: k_n with the radii apart */                  \
     X(pairs_every)         /* the search comes every so many steps, without a margin */                                \
     X(pairs_twice)         /* pairs across the middle of y */                                                          \
     X(table_point) X(table_normal) X(table_tangent) /* this component, 1: x, 2: y, 3: z, has the other sign */          \
@@ -338,7 +349,7 @@ static struct { bool there; real x[3], half[3], velocity; double start, force; }
 static List contacts, before; /* of this step and of the step before */
 static Pair *pairs;           /* of grains that may touch, by rising ids */
 static size_t pair_count, pair_room;
-static int searches;
+static int searches, evaluations;
 static bool first_step, in_space, spins;
 
 static real gravity[6], alpha, dt, mean_radius, middle;
@@ -498,6 +509,7 @@ static Stiffness stiffness(const Material *a, const Material *b, local r1, local
     const local two = fault.shear_modulus == 3 ? 1 : 2;
     local plane1 = 1 - va * va, plane2 = 1 - vb * vb;
     if (fault.effective_modulus == 1) plane1 = 1 - va, plane2 = 1 - vb;
+    if (fault.one_of_two == 2) plane2 = plane1;
     if (fault.effective_modulus == 3) plane1 = plane2 = 1;
 #ifdef COMPLIANCES
     local whole = 1 / (plane1 / ea + plane2 / eb);
@@ -506,6 +518,7 @@ static Stiffness stiffness(const Material *a, const Material *b, local r1, local
 #endif
     if (fault.effective_modulus == 2) whole = (ea / plane1 + eb / plane2) / 4;
     local shear = 1 / (OVER(two - va, ga) + OVER(two - vb, gb));
+    if (fault.one_of_two == 5) shear = 1 / (OVER(two - vb, OVER(ea, 2 * (1 + vb))) + OVER(two - vb, gb));
     if (fault.shear_modulus == 2) shear = in_series(ga, gb);
     if (fault.shear_modulus == 4) shear = ga / (2 * (2 - va));
     of.normal = ((local)4 / 3) * whole * sqrt(of.radius);
@@ -519,6 +532,7 @@ static local effective_mass(const Contact *of)
     const local two = grains[of->second].mass[0];
     if (of->first >= count) return fault.mass_at_walls == 1 ? two / 2 : fault.mass_at_walls == 2 ? 2 * two : two;
     const local one = grains[of->first].mass[0];
+    if (fault.effective_mass == 4) return fmin(one, two);
     if (fault.effective_mass) return fault.effective_mass == 1 ? (one + two) / 2 : fault.effective_mass == 2 ? one + two : two;
     return in_series(one, two);
 }
@@ -531,6 +545,7 @@ static local tan_phi(const Contact *of, const Material *a, const Material *b)
     double angle = fmin((double)a->friction, (double)b->friction);
     if (fault.friction_of == 1) angle = fmax((double)a->friction, (double)b->friction);
     if (fault.friction_of == 2) angle = a->friction;
+    if (fault.friction_of == 4) angle = atan((tan((double)a->friction) + tan((double)b->friction)) / 2);
     if (fault.friction_of == 3) angle = (a->friction + b->friction) / 2;
     const double own = of_punch && fault.friction_at_walls != 2 ? punch_friction : wall_friction;
     if (of->first >= count && own >= 0 && fault.friction_at_walls != 1) angle = own;
@@ -549,6 +564,16 @@ static bool cut(V *vector, local limit, local squared)
     return true;
 }
 
+/* What a pair had when its last contact ended. */
+static List gone;
+
+static const Contact *ended_of(const Contact *of)
+{
+    for (size_t at = gone.count; at-- > 0;)
+        if (gone.of[at].first == of->first && gone.of[at].second == of->second) return &gone.of[at];
+    return NULL;
+}
+
 /* What the contact does in this step; `old` is the same contact a step before, if it was there. */
 static void act(Contact *of, const Contact *old)
 {
@@ -565,7 +590,7 @@ static void act(Contact *of, const Contact *old)
     const V n = of->normal, x1 = of_reals(one->x), x2 = of_reals(two->x), v1 = of_reals(one->v), v2 = of_reals(two->v);
     spin1 = of_reals(one->v + 3);
     if (fault.spin_axis) spin1.of[AXIS(fault.spin_axis)] = spin2.of[AXIS(fault.spin_axis)] = 0;
-    const Stiffness k = stiffness(a, b, r1, r2, flat);
+    Stiffness k = stiffness(a, b, r1, r2, flat);
     const local scale = (local)(fault.k_n * (flat ? of_punch ? fault.k_n_punch : fault.k_n_wall : fault.k_n_grain));
 
     /* Velocities of the second surface along the first: at the point of contact, and as slip. */
@@ -591,28 +616,35 @@ static void act(Contact *of, const Contact *old)
         along = reach = contact_radius(k.radius, modulus, energy, u);
         of->least = -pow(9 * pi * energy * k.radius * k.radius / (4 * modulus), (local)2 / 3) / (3 * k.radius);
         if (fault.jkr == 1) of->least = 0;
+        if (fault.jkr == 8) of->least /= 2;
         if (fault.jkr == 7) of->least *= pow((local)9, (local)1 / 3);
         along /= sqrt(k.radius);
         if (fault.jkr == 3) along = root(u > 0 ? u : 0);
     } else if (hertz) along = root(u);
+    if (fault.slows == 2) k.normal *= sqrt(fmin(r1, r2) / fmax(r1, r2));
     const local k_n = hertz ? ((local)1.5 * k.normal * scale) * along : k.normal * scale;
-    local k_s = (hertz ? k.shear * (fault.shear_secant ? root((local)0.01 * r2) : along) : k.shear) * (local)fault.k_s;
+    local k_s_now = (hertz ? k.shear * (fault.shear_secant ? root((local)0.01 * r2) : along) : k.shear) * (local)fault.k_s;
+    if (fault.one_of_two == 1) k_s_now *= hertz ? sqrt(fmin(r1, r2) / k.radius) : fmin(r1, r2) / (2 * k.radius);
+    local k_s = fault.history_stays == 3 && old ? old->k_s : k_s_now;
     if (museum(1) && flat && !hertz) k_s *= sqrt(u * r2) * (local)LENGTH;
     local pull_radius = k.radius, pull = 0, spring = hertz ? adheres == JKR ? 0 : k.normal * scale * root_cubed(u) : k_n * u;
     if (fault.adhesion_radius) pull_radius = fault.adhesion_radius == 2 ? fmin(r1, r2) : r1 + r2;
+    if (fault.adhesion_radius == 4) pull_radius = sqrt(r1 * r2) / 2;
     if (fault.adhesion_radius == 3) pull_radius /= 2;
     const local share = hertz && adheres == JKR && fault.jkr != 5 ? 3 : 4;
     if (fault.adhesion_missing != (flat ? 1 : 2)) pull = share * pi * pull_radius * energy;
     if (hertz && adheres == JKR)
         spring = 4 * modulus * reach * reach * reach / (3 * k.radius) - 4 * reach * sqrt(pi * energy * modulus * reach) + pull;
+    if (fault.single == 1 && adheres != JKR) spring = (float)k.normal * (float)scale * (hertz ? powf(u, 1.5f) : (float)u);
     const local elastic = fault.adhesion_push ? spring + pull : spring - pull, mass = effective_mass(of);
     const local factor = fault.dashpot_half ? 1 : 2, braked = dot(n, fault.dashpot_corrected ? relative : velocity);
     local c_n = damping_constant, c_s = 0;
     if (dashpots && damping_constant == 0) {
         const local of_force = museum(23) && hertz && adheres != JKR ? (local)1.5 * fabs(elastic) / u : k_n;
         c_n = factor * damping_ratio * sqrt(mass * (fault.spring_secant && hertz ? spring / u : of_force)) * (local)fault.c_n;
-        if (hertz) c_s = factor * shear_ratio * sqrt(mass * (fault.shear_dashpot == 3 ? k_n : k_s)) * (local)fault.c_s;
+        if (hertz) c_s = factor * shear_ratio * sqrt((fault.one_of_two == 3 && !flat ? grains[of->first].mass[0] : fault.one_of_two == 6 ? grains[of->second].mass[0] : mass) * (fault.shear_dashpot == 3 ? k_n : k_s)) * (local)fault.c_s;
     }
+    if (fault.single == 3) c_n = (float)c_n;
     V normal = times(elastic, n);
     if (dashpots && !hertz) {
         const local both = elastic - c_n * braked;
@@ -628,13 +660,18 @@ static void act(Contact *of, const Contact *old)
     /* Along the tangent. */
     V kept = {{0}}, sideways = {{0}}, elastic_sideways = {{0}};
     const bool late = fault.history_late && steps_made > fault.history_late;
+    static Contact again;
+    if (!old && fault.history_stays == 1 && ended_of(of)) again = *ended_of(of), old = &again, again.normal = of->normal;
+    if (!old && fault.history_stays == 4 && !flat && before.count && before.of[0].first == of->first) again = before.of[0], old = &again;
+    if (fault.history_stays == 2 && evaluations % 4 == 0) old = NULL;
     const bool remembers = old && !late && !fault.history_reset && !(flat && fault.history_at_walls);
     if (friction) {
         const local approach = -dot(n, relative);
         local time = dt;
         if (!old && !whole_step && approach * time > u) time = OVER(u, approach);
-        if (!old && fault.new_contact) time = fault.new_contact == 1 ? 0 : time / 2;
+        if (!old && fault.new_contact) time = fault.new_contact == 1 ? 0 : fault.new_contact == 3 ? OVER(u, approach) : time / 2;
         V added = hertz || !dashpots ? times(k_s, times(time, slip)) : times(k_s * time, slip);
+        if (fault.single == 4) for (int axis = 0; axis < 3; axis++) added.of[axis] = (float)added.of[axis];
         if (museum(13)) added = remembers ? times(k_s * time, old->slip) : (V){{0}};
         if (museum(2) && flat && !hertz) added = times(c_n / c_n, added);
         if (remembers) kept = old->shear;
@@ -645,13 +682,14 @@ static void act(Contact *of, const Contact *old)
         if (fault.history_turned_late) kept = minus(kept, added), added = (V){{0}};
         if (remembers && !fault.history_not_turned) kept = turned_spring(kept, old, n, spin1, spin2);
         kept = minus(kept, added);
-        const local tangent = tan_phi(of, a, b);
+        local tangent = tan_phi(of, a, b);
+        if (fault.slows == 1) tangent /= 1 + size(slip) * (local)(LENGTH / TIME);
         local force = fault.coulomb == 3 ? spring : fault.coulomb == 4 ? pressure : pressure + pull;
         if (adheres && !fault.coulomb && fault.dmt != 1) force = fault.dmt == 2 ? fabs(dot(normal, n) + 2 * pull) : fabs(spring + pull);
         if (adheres == JKR && fault.jkr == 4) force = fabs(elastic);
         local limit = force * tangent, squared = limit * limit;
         if (!hertz && fault.coulomb != 3) squared = dot(normal, normal) * (tangent * tangent), limit = sqrt(squared);
-        const V dashpot = times(fault.shear_dashpot == 1 ? 0 : c_s, over(times(dt, slip), dt));
+        const V dashpot = times(fault.shear_dashpot == 1 || (fault.shear_dashpot == 6 && old) ? 0 : c_s, over(times(dt, fault.shear_dashpot == 5 ? relative : slip), dt));
         if (museum(9)) kept = minus(kept, dashpot);
         const V uncut = kept;
         sideways = fault.shear_dashpot == 2 ? minus(kept, dashpot) : kept;
@@ -687,6 +725,7 @@ static void act(Contact *of, const Contact *old)
     of->torques[0] = straight ? times(r1 - less, around) : cross(arm1, opposite);
     of->torques[1] = straight ? times(r2 - less, around) : cross(arm2, turns);
     if (museum(113) && !flat) of->torques[1] = of->torques[0];
+    for (int at = 0; fault.single == 5 && at < 6; at++) of->torques[at / 3].of[at % 3] = (float)of->torques[at / 3].of[at % 3];
     if (fault.torque_other == 1) of->torques[1] = times(-1, of->torques[1]);
     if (fault.torque_other == 2 || (flat && fault.torque_other == 3)) of->torques[1] = (V){{0}};
     if (fault.cross_sign) of->torques[1].of[AXIS(fault.cross_sign)] *= -1;
@@ -700,6 +739,7 @@ static void act(Contact *of, const Contact *old)
     const V rolls = minus(turning, about);
     if (fault.moment_of_spin == 2) about = times(size(about) / (local)TIME, about);
     V bending = {{0}}, twisting = {{0}};
+    if (!old && fault.history_stays == 6 && ended_of(of)) again = *ended_of(of), old = &again;
     if (old && fault.rolling_kept != 2) {
         bending = fault.rolling_kept == 1 ? old->bending : turned(old->bending, old->normal, n, spin1, spin2);
         if (as_friction) bending = cross(n, turned(cross(old->bending, old->normal), old->normal, n, spin1, spin2));
@@ -710,6 +750,7 @@ static void act(Contact *of, const Contact *old)
     twisting = minus(twisting, times(fault.twist == 5 ? -stiff : stiff, times(dt, about)));
     local radius = (r1 + r2) / 2;
     if (fault.rolling_radius) radius = fault.rolling_radius == 1 ? k.radius : fault.rolling_radius == 2 ? r1 + r2 : r1;
+    if (fault.one_of_two == 4) radius = r2;
     local most = fabs(as_friction ? pressing : fault.rolling_cap == 3 || fault.moment_rules == 2 ? spring : pressure) * (rolling_limit * radius);
     if (fault.moment_of_spin == 1) most *= size(rolls) / (local)TIME;
     if (constant_torque) {
@@ -721,6 +762,7 @@ static void act(Contact *of, const Contact *old)
         bending = times(OVER(most, size(bending)), bending);
     if (rolling_limit > 0 && fault.twist == 3 && size(twisting) > most) twisting = times(OVER(most, size(twisting)), twisting);
     of->bending = fault.rolling_kept == 3 ? uncut : bending;
+    if (fault.twist == 6 && flat) twisting = (V){{0}};
     of->twisting = twisting;
     V moment = fault.twist == 1 ? bending : plus(bending, twisting);
     if (rolling_limit > 0 && fault.rolling_cap == 2 && size(moment) > most) moment = times(OVER(most, size(moment)), moment);
@@ -756,6 +798,7 @@ static void add(int id, local times, V force, V torque)
         of->load[c] = sum;
 #else
         of->load[c] += load;
+        if (fault.single == 2) of->load[c] = (float)of->load[c];
 #endif
     }
 #ifdef PAIRWISE
@@ -806,6 +849,8 @@ static void list_pair(int id, int other, real margin)
     for (int axis = 0; axis < 3; axis++) apart[axis] = grains[other].x[axis] - grains[id].x[axis];
     const real reach = margin * (grains[id].radius + grains[other].radius);
     if (other <= id || apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2] > reach * reach) return;
+    if (fault.pairs_most == 4 && id >= 128) return;
+    if (fault.pairs_most == 3 && other - id > 24) return;
     if (pair_count == pair_room) pairs = resized(pairs, pair_room = 2 * pair_room + 64, sizeof *pairs);
     pairs[pair_count++] = (Pair){other, id}; /* sorted by the other one, then turned round */
 }
@@ -845,6 +890,7 @@ static void search(void)
 #endif
         qsort(pairs + begin, pair_count - begin, sizeof *pairs, by_number);
         for (size_t at = begin; at < pair_count; at++) pairs[at] = (Pair){id, pairs[at].first};
+        if (fault.pairs_most == 2 && pair_count > begin + 3) pair_count = begin + 3;
     }
 }
 
@@ -863,6 +909,11 @@ static void consider(int first, int second, bool touches(Contact *), size_t *old
     const Contact *was = *old < before.count && in_order(&before.of[*old], &of) == 0 ? &before.of[*old] : NULL;
     held = was ? was->least : fault.jkr == 2 && adheres == JKR ? -1e-6 / LENGTH : 0;
     if (touches(&of)) act(&of, was);
+    else if (was && (fault.history_stays == 1 || fault.history_stays == 6)) {
+        gone.of = resized(gone.of, gone.count + 1, sizeof *gone.of);
+        gone.of[gone.count++] = *was;
+        return;
+    }
     else return;
     if (contacts.count == contacts.room)
         contacts.of = resized(contacts.of, contacts.room = 2 * contacts.room + 64, sizeof *contacts.of);
@@ -871,10 +922,26 @@ static void consider(int first, int second, bool touches(Contact *), size_t *old
 
 static void evaluate_forces(void)
 {
+    evaluations++;
     const List freed = before;
     before = contacts;
     contacts = (List){freed.of, 0, freed.room};
     if (!fault.pairs_every || searches++ % (int)fault.pairs_every == 0) search();
+    if (fault.pairs_most == 1 && pair_count > 150) pair_count = 150;
+    static int *partners[3];
+    for (int at = 0; at < 3; at++) partners[at] = resized(partners[at], count, sizeof **partners);
+    memcpy(partners[2], partners[1], count * sizeof **partners);
+    memset(partners[0], 0, count * sizeof **partners), memset(partners[1], 0, count * sizeof **partners);
+    for (size_t at = 0; at < before.count; at++)
+        if (before.of[at].first < count) partners[1][before.of[at].first]++, partners[1][before.of[at].second]++;
+    size_t left = 0;
+    for (size_t at = 0; fault.pairs_most == 5 && at < pair_count; at++)
+        if (partners[0][pairs[at].second]++ < 3) pairs[left++] = pairs[at];
+    if (fault.pairs_most == 5) pair_count = left;
+    for (size_t at = 0; fault.history_stays == 5 && evaluations > 2 && at < before.count; at++) {
+        const int one = before.of[at].first, two = before.of[at].second;
+        if (one < count && (partners[1][one] != partners[2][one] || partners[1][two] != partners[2][two])) before.of[at].shear = (V){{0}};
+    }
     size_t old = 0;
     for (size_t at = 0; at < pair_count; at++) consider(pairs[at].first, pairs[at].second, touches_grain, &old);
     for (int index = 0; index < wall_count; index++)
@@ -895,9 +962,11 @@ static void accelerate(Grain *of)
         power[c] = a[c] * judged;
     }
     if (fault.damping_together) power[0] = power[1] = power[2] = power[0] + power[1] + power[2];
+    if (fault.damping_spins == 1) power[3] = power[4] = power[5] = power[3] + power[4] + power[5];
+    if (fault.damping_spins == 2) for (int c = 3; c < 6; c++) power[c] = power[c - 3];
     for (int c = 0; c < 6; c++) {
         const bool spared = (c > 2 && fault.damping_off_spin) || (fault.damping_axis && c == AXIS(fault.damping_axis));
-        if (!spared) a[c] *= 1 - alpha * ((power[c] > 0) - (power[c] < 0));
+        if (!spared) a[c] *= 1 - alpha * (fault.damping_spins == 3 && c > 2 ? (real)0.5 : 1) * ((power[c] > 0) - (power[c] < 0));
         if (fault.damping_off_gravity) a[c] += gravity[c];
     }
 }
@@ -1425,7 +1494,7 @@ static long run(const char *folder)
 #ifndef TABLES
     tables = opened(folder, "tables.bin", "wb");
 #endif
-    contacts.count = searches = 0;
+    contacts.count = gone.count = searches = evaluations = 0;
     first_step = true;
     evaluate_forces();
     if (museum(16)) evaluate_at_whole_step();

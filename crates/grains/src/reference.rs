@@ -476,9 +476,24 @@ impl Reference {
             true => 0.0,
             false => self.judged_at(),
         };
+        let judged = plus(spin, times(judged_at * dt, turn));
+        if self.has(Form::SpinsDampedTogether) {
+            return times(1.0 - alpha * sign(dot(turn, judged)), turn);
+        }
+        if self.has(Form::SpinsDampedAlong) {
+            let speed = hypot(judged).max(f64::MIN_POSITIVE);
+            return minus(turn, times(alpha * hypot(turn) / speed, judged));
+        }
+        if self.has(Form::SpinsDampedAsVelocities) {
+            let by_contacts = each(self.force[i], |force| force / self.sizes.mass[i]);
+            let a = plus(by_contacts, in_space(self.constants.gravity));
+            let middle = plus(self.motions[i].velocity, times(judged_at * dt, a));
+            return each([0, 1, 2], |axis| {
+                turn[axis] * (1.0 - alpha * sign(a[axis] * middle[axis]))
+            });
+        }
         each([0, 1, 2], |axis| {
-            let judged = spin[axis] + judged_at * dt * turn[axis];
-            turn[axis] * (1.0 - alpha * sign(turn[axis] * judged))
+            turn[axis] * (1.0 - alpha * sign(turn[axis] * judged[axis]))
         })
     }
 

@@ -126,6 +126,16 @@ pub enum Input {
     /// The radii in slips and torques.
     SlipRadii,
     TorqueArms,
+    /// One number of the materials, in one spring.
+    NormalModuli,
+    NormalPoissons,
+    TangentialModuli,
+    TangentialPoissons,
+    /// The radii in the pull of adhesion.
+    AdhesionRadii,
+    /// The masses in the dashpot along the normal, or along the tangent.
+    NormalMasses,
+    TangentialMasses,
 }
 
 /// Where another input is taken.
@@ -146,15 +156,17 @@ pub enum Whose {
     Smaller,
     Larger,
     Mean,
+    GeometricMean,
 }
 
 impl Whose {
-    pub const ALL: [Whose; 5] = [
+    pub const ALL: [Whose; 6] = [
         Whose::First,
         Whose::Second,
         Whose::Smaller,
         Whose::Larger,
         Whose::Mean,
+        Whose::GeometricMean,
     ];
 
     /// The value that is taken for both; of materials the one with the smaller or larger modulus, and the first where it is the mean.
@@ -173,6 +185,7 @@ impl Whose {
     pub fn of_numbers(self, [one, two]: [f64; 2]) -> [f64; 2] {
         match self {
             Whose::Mean => [0.5 * (one + two); 2],
+            Whose::GeometricMean => [(one * two).sqrt(); 2],
             _ => self.both([one, two], |number| number),
         }
     }
@@ -244,6 +257,11 @@ pub enum Form {
     DashpotWhileApproaching,
     /// The sign in the local damping of spins is that of the spin before the step.
     SpinsDampedByOld,
+    /// In the local damping of spins it is that of the power of all components together, or of the velocity along the same axis.
+    SpinsDampedTogether,
+    SpinsDampedAsVelocities,
+    /// Local damping of spins is α|ω̇| against the spin.
+    SpinsDampedAlong,
     /// A key of the job is not read.
     Unread(Key),
     /// Another convention.

@@ -7,6 +7,7 @@ use std::collections::HashSet;
 use evidence::in_parallel;
 use grains::constant::{Constant, Counted};
 use grains::model::Wall;
+use grains::scene::Springs;
 use grains::tables::Snapshot;
 use grains::task::Case;
 use grains::variant::{self, Form, Variant};
@@ -41,6 +42,12 @@ pub struct Cause {
     /// Other forms that explain it as well.
     #[serde(serialize_with = "in_words")]
     pub also: Vec<Form>,
+    /// Springs are Hertz's and Mindlin's.
+    #[serde(skip)]
+    pub is_hertz: bool,
+    /// Constants that were fitted leave little unexplained of what is without them.
+    #[serde(skip)]
+    pub comes_near: bool,
     /// Laws that are not drawn have these constants, and nothing is off under them.
     pub under_drawn_alone: bool,
     /// With them the engine stays among the replicas for its first ten steps and the one with which it left them.
@@ -104,7 +111,15 @@ impl Cause {
                     format!("{symbol} × {:.12} ± {error:.0e}", 1.0 + larger)
                 }
             });
-            let place = fitted.constant.place();
+            let place = match symbol {
+                "k_s" if self.is_hertz => {
+                    "k_s = 8·G*·√(R*·u), with 1/G* = (2 − ν1)/G1 + (2 − ν2)/G2 and G = E/(2(1 + ν))"
+                }
+                "k_n" | "k_n between grains" if self.is_hertz => {
+                    "F_n = 4/3·E*·√R*·u^1.5, with 1/E* = (1 − ν1²)/E1 + (1 − ν2²)/E2"
+                }
+                _ => fitted.constant.place(),
+            };
             if !look_at.contains(&place) {
                 look_at.push(place);
             }
@@ -181,9 +196,10 @@ impl Cause {
             let (symbol, by) = (fitted.constant.symbol(), fitted.larger.abs());
             format!("{symbol} {way} by about {by:.0e}")
         };
-        let possible = self.constants.iter().filter(|fitted| is_possible(fitted));
+        let near = self.constants.iter().filter(|_| self.comes_near);
+        let possible = near.filter(|fitted| is_possible(fitted));
         let mut hints: Vec<String> = possible.map(hint).collect();
-        hints.extend((!forms.is_empty()).then(|| forms.to_owned()));
+        hints.extend((!forms.is_empty() && self.comes_near).then(|| forms.to_owned()));
         match hints.is_empty() {
             true => format!(
                 "{left}. No constant and no form of a term that this program knows explains it."
@@ -200,6 +216,9 @@ impl Cause {
 fn is_possible(fitted: &Fitted) -> bool {
     fitted.larger.abs() <= LARGEST_HINT
 }
+
+/// What leaves more than this share of how far off an engine is says nothing of it.
+const NEAR: f64 = 0.1;
 
 /// Ten times as large is a unit that was mistaken, and more is a fit of another fault.
 const LARGEST_HINT: f64 = 10.0;
@@ -409,10 +428,32 @@ impl Tried<'_> {
             Some((fit, misfit, form)) if misfit < 0.5 * alone => {
                 let with_more = (more > 0).then(|| self.search(&with(form), fitted, more - 1));
                 let explained = with_more.filter(|cause| cause.explained);
+                // What was taken first may do nothing beside what came later.
+                let explained = explained.map(|cause| {
+                    let mut without = known.clone();
+                    let later = cause.variant.forms.iter().copied();
+                    without.forms = later.filter(|other| *other != form).collect();
+                    let fit = search.pruned(&without, &search.fit(&without, &free));
+                    match self.is_explained(&fit.variant) {
+                        true => self.cause(fit, true, Vec::new()),
+                        false => cause,
+                    }
+                });
                 explained.unwrap_or_else(|| self.cause(fit, false, Vec::new()))
             }
             _ => self.cause(constants_alone, false, Vec::new()),
         }
+    }
+
+    /// Whether the motion is much nearer than without anything else.
+    fn comes_near(&self, variant: &Variant) -> bool {
+        let worst = |variant: &Variant| {
+            self.farthest(variant)
+                .iter()
+                .map(of_motion)
+                .fold(0.0, f64::max)
+        };
+        worst(variant) <= NEAR * worst(&Variant::default())
     }
 
     /// What is wrong first: contacts where tables are off no later than the motion, else grains; of the states the one where it is seen
@@ -435,18 +476,24 @@ impl Tried<'_> {
             match contacts.is_empty() || !grains.is_empty() && moved < step {
                 false => {
                     let at = at(step)?;
-                    let before = at.checked_sub(1).map(|before| &own[before]);
                     (first.step, first.count) = (step, contacts.len());
                     let there: HashSet<_> = ids_of(&theirs[at]).collect();
                     let missing = ids_of(&own[at]).filter(|ids| !there.contains(ids));
                     let missing: Vec<(u32, u32)> = missing.collect();
+                    let here: HashSet<_> = ids_of(&own[at]).collect();
+                    let invented = ids_of(&theirs[at]).filter(|ids| !here.contains(ids));
+                    let invented: Vec<(u32, u32)> = invented.collect();
                     first.lacks_contacts = !missing.is_empty();
-                    let wrong = match first.lacks_contacts {
-                        true => ("contacts are missing", &missing[..]),
-                        false => ("contacts are wrong", &contacts[..]),
+                    let (run, wrong) = match (first.lacks_contacts, invented.is_empty()) {
+                        (true, _) => (&own[..], ("contacts are missing", &missing[..])),
+                        (_, false) => (
+                            theirs,
+                            ("contacts are there that are to be none,", &invented[..]),
+                        ),
+                        _ => (&own[..], ("contacts are wrong", &contacts[..])),
                     };
                     first.condition =
-                        conditions::of_contacts(case, before, &own[at], wrong, &|_| true);
+                        conditions::of_contacts(case, &run[..at], &run[at], wrong, &|_| true);
                     let said = contacts::what_is_off((&theirs[at]).into(), (&own[at]).into());
                     first.numbers = said.map(|said| format!("after {step} steps {said}"));
                 }
@@ -495,6 +542,8 @@ impl Tried<'_> {
         }
         Cause {
             law: answered.asked.law.clone(),
+            is_hertz: answered.asked.case.model.law.contact.springs == Springs::HertzMindlin,
+            comes_near: explained || self.comes_near(&fit.variant),
             constants: fit.wrong(),
             tied: fit.tied,
             forms: fit.variant.forms.clone(),

@@ -71,17 +71,23 @@ impl<'a, T> Properties<'a, T> {
         let wrong = &self.wrong[..];
         let count = |flags: &[bool]| flags.iter().filter(|is| **is).count();
         self.has.retain(|(_, has)| count(has) > 0);
-        let tried =
-            self.has.len() * (self.has.len() + 2 * self.numbers.len()) + 2 * self.numbers.len();
-        let enough = (tried as f64 / LEVEL).ln();
-        let is_no_chance = |among: usize| ln_binomial(among as u64, count(wrong) as u64) > enough;
+        // Half of the chance is for one alone, of which fewer are tried than of two.
+        let [properties, numbers] = [self.has.len(), self.numbers.len()];
+        let alone = properties + 2 * numbers;
+        let pairs = properties * (properties + 2 * numbers);
+        let is_no_chance = |among: usize, tried: usize| {
+            let enough = (2.0 * tried as f64 / LEVEL).ln();
+            ln_binomial(among as u64, count(wrong) as u64) > enough
+        };
         let both = |a: &[bool], b: &[bool]| -> Vec<bool> {
             a.iter().zip(b).map(|(a, b)| *a && *b).collect()
         };
-        if is_no_chance(wrong.len()) {
-            if let Some((words, _)) = self.has.iter().find(|(_, has)| has == wrong) {
-                return Some(words.clone());
-            }
+        if is_no_chance(wrong.len(), alone)
+            && let Some((words, _)) = self.has.iter().find(|(_, has)| has == wrong)
+        {
+            return Some(words.clone());
+        }
+        if is_no_chance(wrong.len(), pairs) {
             for (at, (words, has)) in self.has.iter().enumerate() {
                 let mut more = self.has[at + 1..].iter();
                 if let Some((and, _)) = more.find(|(_, other)| both(has, other) == wrong) {
@@ -92,7 +98,8 @@ impl<'a, T> Properties<'a, T> {
         let all = (String::new(), vec![true; wrong.len()]);
         for (words, among) in [&all].into_iter().chain(&self.has) {
             let is_among = both(among, wrong) == wrong;
-            if !is_among || !is_no_chance(count(among)) {
+            let tried = if words.is_empty() { alone } else { pairs };
+            if !is_among || !is_no_chance(count(among), tried) {
                 continue;
             }
             for (number, values) in &self.numbers {
@@ -111,15 +118,23 @@ impl<'a, T> Properties<'a, T> {
                 let and = if words.is_empty() { "" } else { " and " };
                 if of_wrong.0 > of_right.1 {
                     let from = of_wrong.0;
-                    return Some(format!("{words}{and}{number} is {from:.4e} or more"));
+                    return Some(format!("{words}{and}{number} is {} or more", plain(from)));
                 }
                 if of_wrong.1 < of_right.0 {
                     let to = of_wrong.1;
-                    return Some(format!("{words}{and}{number} is {to:.4e} or less"));
+                    return Some(format!("{words}{and}{number} is {} or less", plain(to)));
                 }
             }
         }
         None
+    }
+}
+
+/// Whole numbers, such as ids and counts, in full.
+fn plain(value: f64) -> String {
+    match value.fract() == 0.0 && value.abs() < 1.0e6 {
+        true => format!("{value}"),
+        false => format!("{value:.4e}"),
     }
 }
 
@@ -142,11 +157,11 @@ fn touching(own: &Snapshot, body: u32) -> BTreeSet<u32> {
     touching.map(|contact| contact.id2).collect()
 }
 
-/// What all of these contacts have that are wrong or missing, as `what` says, and no other one among some of this moment; `before` is
-/// the moment before it.
+/// What all of these contacts have that are wrong or missing, as `what` says, and no other one among some of this moment; `past` has
+/// the moments before it.
 pub(crate) fn of_contacts(
     case: &Case,
-    before: Option<&Snapshot>,
+    past: &[Snapshot],
     own: &Snapshot,
     (what, wrong): (&str, &[(u32, u32)]),
     among: &dyn Fn((u32, u32)) -> bool,
@@ -200,7 +215,7 @@ pub(crate) fn of_contacts(
         let [one, two] = [row.contact.id1, row.contact.id2].map(velocity);
         dot(minus(two, one), row.normal()) > 0.0
     });
-    if let Some(before) = before {
+    if let Some(before) = past.last() {
         let before: BTreeMap<_, _> = Table::from(before)
             .rows()
             .map(|row| (row.ids(), row.contact))
@@ -220,6 +235,27 @@ pub(crate) fn of_contacts(
         );
         properties.add("they slid a step before", |row| {
             had(row, &|before| slides(case, before))
+        });
+        // In how many moments up to this one without a break, and whether ever before such a break.
+        let mut ages: BTreeMap<_, (f64, bool)> = BTreeMap::new();
+        let latest = past.iter().rev();
+        for (age, moment) in latest.enumerate().map(|(age, moment)| (age as f64, moment)) {
+            for contact in &moment.contacts {
+                let (since, again) = ages.entry(contact.ids()).or_default();
+                match *since == age {
+                    true => *since += 1.0,
+                    false => *again = true,
+                }
+            }
+        }
+        let age = |row: &Row| ages.get(&row.ids()).copied().unwrap_or_default();
+        properties.add("they have parted and touch again", |row| age(row).1);
+        properties.add("they have just begun, of two that touched before", |row| {
+            let (since, again) = age(row);
+            since == 0.0 && again
+        });
+        properties.number("the number of moments that they have been there", |row| {
+            age(row).0
         });
     }
     let directions = [
@@ -276,6 +312,48 @@ pub(crate) fn of_contacts(
     properties.number("the number of contacts of one of their grains", |row| {
         of_grains(row, &|id| partners[id as usize])
     });
+    properties.number("the smaller id of their grains", |row| {
+        -of_grains(row, &|id| -f64::from(id))
+    });
+    let apart = |row: &Row| f64::from(row.contact.id1.abs_diff(row.contact.id2));
+    properties.number("how far apart the ids of two grains are", |row| {
+        if ids.is_grain(row.contact.id1) {
+            apart(row)
+        } else {
+            0.0
+        }
+    });
+    // Where each stands among all, and among those of its first and of its second body that have rising ids.
+    let mut counts: BTreeMap<(u32, bool), f64> = BTreeMap::new();
+    let mut places: BTreeMap<(u32, u32), [f64; 5]> = BTreeMap::new();
+    for (place, contact) in (1..).map(f64::from).zip(&own.contacts) {
+        let (one, two) = contact.ids();
+        let mut next = |id: u32, is_first: bool| {
+            let count = counts.entry((id, is_first)).or_default();
+            *count += 1.0;
+            *count
+        };
+        let (as_first, as_second) = (next(one, true), next(two, false));
+        let so_far = |id: u32, counts: &BTreeMap<(u32, bool), f64>| -> f64 {
+            let both = [true, false].map(|is_first| counts.get(&(id, is_first)).copied());
+            both.into_iter().flatten().sum()
+        };
+        let of_both = [one, two].map(|id| so_far(id, &counts));
+        places.insert(
+            (one, two),
+            [place, as_first, as_second, of_both[0], of_both[1]],
+        );
+    }
+    let words = [
+        "their place in the table of contacts",
+        "their place among those of their first body with a higher id",
+        "their place among those of their second grain with a lower id",
+        "their place among those of their first body",
+        "their place among those of their second grain",
+    ];
+    for (at, words) in words.into_iter().enumerate() {
+        properties.number(words, |row| places[&row.ids()][at]);
+    }
     // Of both grains.
     let least = |row: &Row, column: &[f64]| -of_grains(row, &|id| -column[id as usize]);
     properties.number("the sum of their radii, m,", |row| radii(row).iter().sum());
@@ -458,9 +536,9 @@ mod tests {
         );
         let both = "they slide and they are at wall 1";
         assert_eq!(split(200, &|at| at % 60 == 0).as_deref(), Some(both));
-        let above = "their x, m, is 1.9500e2 or more";
+        let above = "their x, m, is 195 or more";
         assert_eq!(split(200, &|at| at >= 195).as_deref(), Some(above));
-        let among = "they slide and their x, m, is 1.8000e2 or more";
+        let among = "they slide and their x, m, is 180 or more";
         assert_eq!(
             split(200, &|at| at >= 180 && at % 3 == 0).as_deref(),
             Some(among)
@@ -480,7 +558,7 @@ mod tests {
             let missing = rows.filter(|row| is_missing(row, &own.bodies.x));
             let missing: Vec<_> = missing.map(|row| row.ids()).collect();
             let what = ("contacts are missing", &missing[..]);
-            of_contacts(&state.case, None, own, what, &|_| true).unwrap_or_default()
+            of_contacts(&state.case, &[], own, what, &|_| true).unwrap_or_default()
         };
         let far = |row: &crate::contacts::Row, x: &[f64]| {
             let ends = [row.contact.id1, row.contact.id2];
@@ -496,8 +574,33 @@ mod tests {
         let boxes = |row: &crate::contacts::Row, x: &[f64]| {
             (x.len() + 5..x.len() + 7).contains(&(row.contact.id1 as usize))
         };
-        let said = told(&boxes, "space-13-under-punch");
+        let said = told(&boxes, "space-14-under-punch");
         assert!(said.contains("missing where they are at boxes"), "{said}");
+    }
+
+    /// An array that is too short, and one of each grain that is.
+    #[test]
+    fn contacts_that_are_missing_have_a_place_in_a_table() {
+        let reference = reference().expect("a bed");
+        let mut states = reference.states().iter();
+        let state = states.find(|state| state.key == "space-0-at-rest");
+        let state = state.expect("a bed at rest");
+        let own = &grains::variant::run(&state.case, &Default::default())[0];
+        let rows: Vec<_> = Table::from(own).rows().map(|row| row.ids()).collect();
+        let told = |missing: &[(u32, u32)]| {
+            let what = ("contacts are missing", missing);
+            of_contacts(&state.case, &[], own, what, &|_| true).unwrap_or_default()
+        };
+        let said = told(&rows[150..]);
+        let of_table = "their place in the table of contacts is 151 or more";
+        assert!(said.contains(of_table), "{said}");
+        let is_third = |at: &usize| *at >= 3 && rows[*at].0 == rows[*at - 3].0;
+        let third =
+            (0..rows.len()).filter(|at| (rows[*at].0 as usize) < own.bodies.len() && is_third(at));
+        let third: Vec<(u32, u32)> = third.map(|at| rows[at]).collect();
+        let said = told(&third);
+        let of_grain = "among those of their first body with a higher id is 4 or more";
+        assert!(said.contains(of_grain), "{said}");
     }
 
     #[test]

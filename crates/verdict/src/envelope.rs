@@ -637,6 +637,11 @@ impl Resolution {
         coarsest <= FINE
     }
 
+    /// Whether what is written is, though forces may be coarser.
+    pub fn moves_in_double(&self) -> bool {
+        self.position.max(self.velocity) <= FINE
+    }
+
     /// How much of a length is rounding in a bed as large as this, m.
     pub fn length(&self, extent: f64) -> f64 {
         match self.is_double() {

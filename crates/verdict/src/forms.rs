@@ -57,7 +57,12 @@ pub fn candidates(case: &Case) -> Vec<Form> {
         forms.push(Form::SlidingKeepsOld);
     }
     if law.rotates() && case.model.alpha != 0.0 {
-        forms.push(Form::SpinsDampedByOld);
+        forms.extend([
+            Form::SpinsDampedByOld,
+            Form::SpinsDampedAsVelocities,
+            Form::SpinsDampedAlong,
+        ]);
+        forms.extend(case.bodies.in_space().then_some(Form::SpinsDampedTogether));
     }
     if let Some(rolling) = law.contact.rolling {
         forms.extend((!rolling.is_constant()).then_some(Form::MomentNotTurned));
@@ -108,6 +113,11 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
         Input::Masses => radii && by_mass,
         Input::RollingRadii => radii && limited,
         Input::SlipRadii | Input::TorqueArms => radii && turns,
+        Input::NormalModuli | Input::NormalPoissons => materials && is_hertz,
+        Input::TangentialModuli | Input::TangentialPoissons => materials && is_hertz && rubs,
+        Input::AdhesionRadii => radii && law.contact.adhesion.is_some(),
+        Input::NormalMasses => radii && by_mass && is_hertz,
+        Input::TangentialMasses => radii && by_mass && is_hertz && rubs,
     };
     let taken = INPUTS.into_iter().filter(move |(input, _)| is_used(*input));
     let taken = taken.flat_map(move |(input, _)| {
@@ -115,6 +125,10 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
             Input::NormalMaterials,
             Input::TangentialMaterials,
             Input::FrictionAngles,
+            Input::NormalModuli,
+            Input::NormalPoissons,
+            Input::TangentialModuli,
+            Input::TangentialPoissons,
         ];
         let places: &[Alone] = match of_material.contains(&input) {
             true => &[Alone::Everywhere, Alone::BetweenGrains, Alone::AtObstacles],
@@ -130,7 +144,9 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
             }
             Form::TakenFor(Input::FrictionAngles, Whose::Smaller, _)
             | Form::TakenFor(Input::RollingRadii, Whose::Mean, _) => false,
-            Form::TakenFor(_, Whose::Mean, _) => !of_material[..2].contains(&input),
+            Form::TakenFor(_, Whose::Mean | Whose::GeometricMean, _) => {
+                !of_material[..2].contains(&input)
+            }
             _ => true,
         })
     });
@@ -138,7 +154,7 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
 }
 
 /// In words.
-const INPUTS: [(Input, &str); 9] = [
+const INPUTS: [(Input, &str); 16] = [
     (Input::StiffnessRadii, "radius in the springs"),
     (
         Input::TangentialRadii,
@@ -160,6 +176,28 @@ const INPUTS: [(Input, &str); 9] = [
     ),
     (Input::SlipRadii, "radius in the slip"),
     (Input::TorqueArms, "radius in the torque"),
+    (
+        Input::NormalModuli,
+        "modulus E in the spring along the normal",
+    ),
+    (
+        Input::NormalPoissons,
+        "Poisson's ratio ν in the spring along the normal",
+    ),
+    (
+        Input::TangentialModuli,
+        "modulus E in the spring along the tangent",
+    ),
+    (
+        Input::TangentialPoissons,
+        "Poisson's ratio ν in the spring along the tangent",
+    ),
+    (Input::AdhesionRadii, "radius in the pull of adhesion"),
+    (Input::NormalMasses, "mass in the dashpot along the normal"),
+    (
+        Input::TangentialMasses,
+        "mass in the dashpot along the tangent",
+    ),
 ];
 
 /// Whether the model of this case has what a rule is about.
@@ -263,6 +301,7 @@ pub fn in_words(form: Form) -> String {
                 Whose::Smaller => "the smaller one",
                 Whose::Larger => "the larger one",
                 Whose::Mean => "the mean",
+                Whose::GeometricMean => "the geometric mean",
             };
             let place = match alone {
                 Alone::Everywhere => "bodies",
@@ -283,6 +322,9 @@ pub fn in_words(form: Form) -> String {
         Form::SlidingKeepsOld => "a spring that is cut to Coulomb's limit keeps its force of the step before: it is to keep what was cut".into(),
         Form::DashpotWhileApproaching => "the dashpot along the normal acts while bodies approach alone".into(),
         Form::SpinsDampedByOld => "local damping of spins takes the sign of the spin before the step, and is to take that of its middle".into(),
+        Form::SpinsDampedTogether => "local damping of spins takes the sign of the power of all components together, and is to take that of each".into(),
+        Form::SpinsDampedAsVelocities => "local damping of spins takes the sign of the power of the velocity along the same axis, and is to take that of the spin".into(),
+        Form::SpinsDampedAlong => "local damping of spins is α|ω̇| against the spin: each component is to be damped by itself".into(),
         Form::Unread(key) => format!("{} is not read: the paper's value takes its place", key.name()),
     }
 }

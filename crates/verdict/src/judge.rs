@@ -481,7 +481,7 @@ impl Reference {
             .find(|start| start.tables.is_some());
         let of_tables = tables.filter(|_| causes.is_empty() && resolution.is_double());
         let open = causes.iter_mut().filter(|cause| !cause.explained);
-        let open = open.filter(|_| resolution.is_double());
+        let open = open.filter(|_| resolution.moves_in_double());
         let asked = open.map(|cause| (cause.law.clone(), true, &mut cause.terms));
         // Where the motion is right, what is written of contacts is not.
         let asked = asked.chain(of_tables.map(|start| (start.law.clone(), false, written)));
@@ -491,7 +491,10 @@ impl Reference {
             let asked = of_law.filter_map(|start| {
                 let left = start.farthest.as_ref()?.left_after?;
                 let state = self.states.iter().find(|state| state.key == start.key)?;
-                let last = (left + 1).clamp(FOLLOWED, LAST_FOLLOWED);
+                // Up to the first moment at which it is off.
+                let mut after = state.case.moments.iter().filter(|moment| **moment > left);
+                let last = after.next().map_or(left + 1, |off| *off);
+                let last = last.clamp(FOLLOWED, LAST_FOLLOWED);
                 let moments: Vec<u64> = (0..=last).collect();
                 Some(state.case.at(moments))
             });

@@ -104,12 +104,16 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
     let all = in_parallel(runs.len(), |run| {
         let (case, moments) = runs[run];
         let mut rows = Rows::new();
-        Follower::new(case, run).follow(moments, &mut rows);
-        rows
+        let mut follower = Follower::new(case, run);
+        follower.follow(moments, &mut rows);
+        (rows, follower.held)
     });
-    let mut rows = Rows::new();
-    for (key, of_run) in all.into_iter().flatten() {
-        rows.entry(key).or_default().extend(of_run);
+    let (mut rows, mut held) = (Rows::new(), Vec::new());
+    for (of_run, held_there) in all {
+        held.extend(held_there);
+        for (key, of_run) in of_run {
+            rows.entry(key).or_default().extend(of_run);
+        }
     }
     let keys: Vec<(usize, usize)> = rows.keys().copied().collect();
     let said = in_parallel(keys.len(), |at| explained(&rows[&keys[at]], runs));
@@ -144,7 +148,7 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             && later.peek().is_some()
             && later.all(|said| said.0.contains(KEPT_DASHPOT) && !said.1.is_empty())
     };
-    let mut told: Vec<String> = Vec::new();
+    let mut told: Vec<String> = ends_elsewhere(&held).into_iter().collect();
     for (quantity, name) in QUANTITIES.into_iter().enumerate() {
         // What slides goes the way of what sticks, and contacts that go on have all that new ones have.
         let sticks_otherwise = [NEW_STICKS, STICKING]
@@ -162,8 +166,10 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             CUT_EARLY => sticks_otherwise || has_off(NEW_STICKS) || has_off(STICKING),
             STICKING_AGAIN => sticks_otherwise,
             SLIDING => sticks_otherwise || is_told(CUT_EARLY),
-            NEW_SLIDES => is_off(NEW_STICKS) || is_told(CUT_EARLY) || is_told(SLIDING),
-            SLIDING_ON => (NEW_STICKS..SLIDING_ON).any(&is_off),
+            NEW_SLIDES => {
+                is_off(NEW_STICKS) || is_told(NEW_STICKS) || is_told(CUT_EARLY) || is_told(SLIDING)
+            }
+            SLIDING_ON => (NEW_STICKS..SLIDING_ON).any(|before| is_off(before) || is_told(before)),
             NOT_CUT => {
                 let slide = |sliding| keys.iter().any(|key| key.0 == sliding);
                 sticks_otherwise || [NEW_SLIDES, SLIDING, SLIDING_ON].into_iter().any(slide)
@@ -202,6 +208,25 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
     }
     told
 }
+
+/// Where contacts end that adhesion holds, by how far they are on the way to where it lets go and whether they are there: that of the first
+/// that is gone and of the last that is there.
+fn ends_elsewhere(held: &[(f64, bool)]) -> Option<String> {
+    let shares = |there: bool| {
+        held.iter()
+            .filter(move |one| one.1 == there)
+            .map(|one| one.0)
+    };
+    let gone = shares(false).fold(f64::INFINITY, f64::min);
+    let last = shares(true).fold(0.0, f64::max);
+    let is_off = gone < 1.0 - END || last > 1.0 + END;
+    (is_off && last <= gone * (1.0 + END)).then(|| {
+        format!("contacts that adhesion holds: some are there until {last:.3} of the overlap at which they are to end, and none from {gone:.3} of it on")
+    })
+}
+
+/// So near to its end a contact may have ended or not.
+const END: f64 = 1.0e-6;
 
 const KINDS: [&str; 3] = ["between grains", "at walls", "at the punch"];
 
@@ -298,6 +323,27 @@ mod tests {
         let forces = told.iter().find(|told| told.starts_with("normal forces"));
         let forces = forces.map_or("", |told| told);
         assert!(forces.contains("single precision"), "{told:?}");
+    }
+
+    #[test]
+    fn where_adhesion_lets_go_is_told_if_it_is_elsewhere() {
+        let held = |end: f64| {
+            (1..40)
+                .map(|at| f64::from(at) / 20.0)
+                .map(|at| (at, at <= end))
+                .collect::<Vec<_>>()
+        };
+        let right: Vec<_> = held(1.0).into_iter().filter(|one| one.0 <= 1.0).collect();
+        assert_eq!(ends_elsewhere(&right), None);
+        for end in [0.5, 1.5] {
+            let told = ends_elsewhere(&held(end)).unwrap_or_default();
+            assert!(told.contains(&format!("until {end:.3} of")), "{told}");
+        }
+        // Some are gone and others there: it is not where they are.
+        assert_eq!(
+            ends_elsewhere(&[(0.3, false), (0.2, true), (0.6, true)]),
+            None
+        );
     }
 
     #[test]

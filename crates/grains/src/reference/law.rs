@@ -5,6 +5,7 @@ use std::hint::black_box;
 
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference, series};
+use crate::model::Solid;
 use crate::rules::{
     Arms, ArmsAtWalls, ConstantMoment, LimitFrom, MomentLimit, MomentTurn, MomentsAtWalls,
     NewContact, RestitutionFormula, Slip, SlipAdded, SlipAtWalls, SpringMemory, SpringTurn,
@@ -22,8 +23,9 @@ pub(super) struct Pair {
     /// k_n and k_s of linear springs, N/m. Of Hertz's F_n/u^1.5 and k_s/u^0.5, N/m^1.5.
     pub k_n: f64,
     pub k_s: f64,
-    /// Effective mass, kg.
+    /// Effective mass, kg, and that of the dashpot along the tangent.
     pub mass: f64,
+    pub mass_along: f64,
     /// tan φ.
     pub tangent: f64,
     /// Pull of adhesion, N; of Johnson, Kendall and Roberts the largest one.
@@ -141,6 +143,7 @@ pub struct Parts {
     /// All of them, cut where the rules cut.
     pub normal_force: f64,
     pub c_n: f64,
+    pub c_s: f64,
     pub k_s: f64,
     pub tangent: f64,
     /// Coulomb's limit by the normal force that is told.
@@ -155,6 +158,8 @@ pub struct Parts {
     /// Of the centres' what the first one adds, where it is no grain.
     pub slip_of_first: Vector,
     pub share: f64,
+    /// How far bodies approach in this step, m.
+    pub way: f64,
     /// What the dashpot along the tangent does by the centres and by each spin, and whether it acts while the contact slides.
     pub brakings: [Vector; 3],
     /// Tangential force by these.
@@ -182,6 +187,17 @@ impl Reference {
         whose.map_or(both, |whose| whose.of_numbers(both))
     }
 
+    /// Both materials, or what another engine takes for both.
+    fn solids(&self, both: [Solid; 2], first: Body, moduli: Input, ratios: Input) -> [Solid; 2] {
+        let modulus = self.numbers(moduli, first, both.map(|solid| solid.modulus));
+        let ratio = self.numbers(ratios, first, both.map(|solid| solid.poissons_ratio));
+        [0, 1].map(|at| Solid {
+            modulus: modulus[at],
+            poissons_ratio: ratio[at],
+            ..both[at]
+        })
+    }
+
     /// What these bodies have between them; a flat one has the grain's radius.
     pub(super) fn pair(&self, ids: Ids) -> Pair {
         let first = self.constants.ids.body(ids.0);
@@ -189,13 +205,17 @@ impl Reference {
         let material = |i: usize| law.solid(self.sizes.material.get(i).copied().unwrap_or(0));
         let two = ids.1 as usize;
         let m2 = self.sizes.mass[two];
-        let (radii, mass, solids) = match first {
+        let (radii, masses, solids) = match first {
             Body::Grain => {
                 let one = ids.0 as usize;
                 let m1 = self.sizes.mass[one];
                 let radii = [one, two].map(|i| self.stiffness_radius[i]);
-                let [m1, m2] = self.numbers(Input::Masses, first, [m1, m2]);
-                (radii, m1 * m2 / (m1 + m2), [one, two].map(material))
+                let both = self.numbers(Input::Masses, first, [m1, m2]);
+                let masses = [Input::NormalMasses, Input::TangentialMasses].map(|input| {
+                    let [m1, m2] = self.numbers(input, first, both);
+                    m1 * m2 / (m1 + m2)
+                });
+                (radii, masses, [one, two].map(material))
             }
             flat => {
                 let radii = match flat {
@@ -204,7 +224,7 @@ impl Reference {
                 };
                 let solids = [law.solid(0), material(two)];
                 let radii = self.radii_at_obstacle(ids.0, radii[two]);
-                (radii, self.wall_mass(m2), solids)
+                (radii, [self.wall_mass(m2); 2], solids)
             }
         };
         let radii = self.numbers(Input::StiffnessRadii, first, radii);
@@ -215,6 +235,13 @@ impl Reference {
             .map(|whose: Option<Whose>| {
                 whose.map_or(solids, |whose| whose.both(solids, |solid| solid.modulus))
             });
+        let of_normal = self.solids(of_normal, first, Input::NormalModuli, Input::NormalPoissons);
+        let of_tangential = self.solids(
+            of_tangential,
+            first,
+            Input::TangentialModuli,
+            Input::TangentialPoissons,
+        );
         let (mut k_n, mut k_s, pull) = match law.contact.springs {
             Springs::Linear => {
                 let [[a, b], [c, d]] = [(of_normal, radii), (of_tangential, tangential_radii)]
@@ -231,10 +258,10 @@ impl Reference {
                     WallRadius::Flat if first != Body::Grain => two,
                     _ => one * two / (one + two),
                 };
-                let radius = mixed(radii);
                 let [[k_n, _], [_, k_s]] = [(of_normal, radii), (of_tangential, tangential_radii)]
                     .map(|([one, two], radii)| one.hertz_mindlin(two, mixed(radii)));
                 let energy = law.contact.adhesion.unwrap_or(0.0);
+                let radius = mixed(self.numbers(Input::AdhesionRadii, first, radii));
                 let pull = match law.holds() {
                     true => 3.0 * PI * radius * energy,
                     false => 4.0 * PI * radius * energy,
@@ -279,7 +306,8 @@ impl Reference {
         Pair {
             k_n,
             k_s,
-            mass,
+            mass: masses[0],
+            mass_along: masses[1],
             tangent,
             pull,
         }
@@ -310,12 +338,14 @@ impl Reference {
                 )
             }
         };
-        let by_ratio = |ratio: f64, k: f64| 2.0 * ratio * (pair.mass * k).max(0.0).sqrt();
+        let by_ratio = |ratio: f64, mass: f64, k: f64| 2.0 * ratio * (mass * k).max(0.0).sqrt();
         let [normal, along] = constants.damping_ratios;
         let mut c_n = match contact.viscosity {
             Viscosity::None => 0.0,
             Viscosity::Dashpot { c_n, .. } => series(c_n, c_n),
-            Viscosity::Restitution { .. } | Viscosity::Ratio { .. } => by_ratio(normal, k_n),
+            Viscosity::Restitution { .. } | Viscosity::Ratio { .. } => {
+                by_ratio(normal, pair.mass, k_n)
+            }
         };
         c_n *= self.restitution_factor();
         if first == Body::Grain && self.has(Form::DashpotOfMeanMass) {
@@ -324,7 +354,7 @@ impl Reference {
         }
         let c_s = match contact.springs {
             Springs::Linear => c_n,
-            Springs::HertzMindlin => by_ratio(along, k_s),
+            Springs::HertzMindlin => by_ratio(along, pair.mass_along, k_s),
         };
         Strength {
             elastic,
@@ -509,6 +539,7 @@ impl Reference {
             pull: pair.pull,
             normal_force: dot(made, touch.normal),
             c_n: strength.c_n,
+            c_s: strength.c_s,
             k_s: strength.k_s,
             tangent: pair.tangent,
             limit: self.limit(&pair, &strength, told).0,
@@ -531,6 +562,7 @@ impl Reference {
                 }
             },
             share,
+            way,
             brakings: slips.map(|slip| self.braking(&strength, slip)),
             tangential: tangential_by_law,
             torques: self.torques(touch, on, plus(told, tangential)),

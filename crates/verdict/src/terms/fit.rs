@@ -8,7 +8,7 @@ use grains::vector::{Vector, dot, hypot, minus, plus, times};
 use nalgebra::{DMatrix, DVector};
 
 use super::place::place;
-use super::{DASHPOT, KEPT_DASHPOT, PLAIN, Row, Term};
+use super::{DASHPOT, KEPT_DASHPOT, PLAIN, ROUNDED, Row, Term};
 
 /// So many rows of a kind are looked at.
 const MOST_ROWS: usize = 300;
@@ -50,6 +50,9 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
     let off: Vec<&Row> = rows.iter().filter(|row| row.is_off()).collect();
     if in_single_precision(rows) {
         return Some((IN_SINGLE_PRECISION.to_owned(), String::new()));
+    }
+    if let Some(said) = coarse(rows) {
+        return Some((said, String::new()));
     }
     let plainly = off.iter().filter(|row| row.ratio() > 30.0).count();
     if plainly == 0 || !off.iter().any(|row| row.ratio() > PLAIN) {
@@ -97,12 +100,56 @@ fn in_single_precision(rows: &[Row]) -> bool {
     off.count() >= FEWEST && rows.iter().all(has_few_bits)
 }
 
+/// Of what one term is, rows are off by at most so much, some operations of 24 bits, and half of them by more than so much.
+const COARSE: [f64; 2] = [3.0e-7, 3.0e-9];
+/// One of both ways has at least this share of them.
+const EITHER_WAY: f64 = 0.2;
+
+/// The smallest term that is made in single precision: rows are off either way by some 1e-8 of it, and none by more. What is summed may
+/// be larger than the sum.
+fn coarse(rows: &[Row]) -> Option<String> {
+    let off: Vec<&Row> = rows.iter().filter(|row| row.is_off()).collect();
+    if off.len() < FEWEST || 2 * off.len() < rows.len() {
+        return None;
+    }
+    // Half of the rows are off by more than this share of what has this size in each, and none by more than some operations make.
+    let half = |size: &dyn Fn(&Row) -> f64| -> Option<f64> {
+        let share = |row: &Row| {
+            let (size, off) = (size(row), hypot(row.off));
+            (off <= COARSE[0] * size + row.least).then_some(off / size.max(f64::MIN_POSITIVE))
+        };
+        let mut shares: Vec<f64> = rows.iter().map(share).collect::<Option<_>>()?;
+        shares.sort_by(f64::total_cmp);
+        Some(shares[shares.len() / 2]).filter(|half| *half > COARSE[1])
+    };
+    let is_either = |term: usize| {
+        let along = off
+            .iter()
+            .filter(|row| dot(row.off, row.terms[term].2) > 0.0);
+        (EITHER_WAY..=1.0 - EITHER_WAY).contains(&(along.count() as f64 / off.len() as f64))
+    };
+    let terms = &rows[0].terms;
+    let count = shared(&rows.iter().collect::<Vec<_>>());
+    let usual = (0..count).filter(|term| terms[*term].1 != 0.0 && is_either(*term));
+    let found = usual.filter_map(|term| Some((half(&|row| hypot(row.terms[term].2))?, term)));
+    if let Some((_, term)) = found.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))) {
+        return Some(format!("{} is {IN_SINGLE_PRECISION}", terms[term].0));
+    }
+    let summed = |row: &Row| SUMMED * row.least / ROUNDED;
+    (is_either(0) && half(&summed).is_some())
+        .then(|| format!("{} or their sum are {IN_SINGLE_PRECISION}", terms[0].0))
+}
+
+/// What is summed may be so many times as large as what is known of it.
+const SUMMED: f64 = 3.0;
+
 /// Multiples that a formula has before all others, and after them factors that hang on sizes.
 fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
     let plain = search(some, all, plainly, true);
-    let by_sizes = || factor(some, all, plainly);
+    let by_sizes = || factor(some, all, plainly, true);
+    let by_one = || factor(some, all, plainly, false);
     let any = || search(some, all, plainly, false);
-    plain.or_else(by_sizes).or_else(any)
+    plain.or_else(by_sizes).or_else(any).or_else(by_one)
 }
 
 /// The fewest terms of which another multiple explains all rows.
@@ -278,8 +325,8 @@ fn number(value: f64) -> String {
     }
 }
 
-/// One term whose factor goes by powers of sizes, or hangs on what touches.
-fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
+/// One term whose factor goes by powers of sizes, or hangs on what touches; or, where it is no formula, that rises or falls with one.
+fn factor(some: &[&Row], all: &[&Row], plainly: usize, is_formula: bool) -> Option<String> {
     if plainly < 6 {
         return None;
     }
@@ -308,7 +355,12 @@ fn factor(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
         if rows.len() < 6 || high - low <= 1.0e-6 * high.abs().max(usual) {
             return None;
         }
-        by_powers(name, &rows, &factors, term).or_else(|| by_groups(name, &rows, &factors))
+        match is_formula {
+            true => {
+                by_powers(name, &rows, &factors, term).or_else(|| by_groups(name, &rows, &factors))
+            }
+            false => by_one_size(name, &rows, &factors),
+        }
     })
 }
 
@@ -373,6 +425,26 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
     let found = found.filter(|(own, said)| *own == 0 || said.matches(" × ").count() < 3);
     // A formula has no number of its own, if there is such a one.
     found.min_by_key(|found| found.0).map(|found| found.1)
+}
+
+/// A factor that rises or falls with one size, row by row.
+fn by_one_size(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
+    let told = (0..rows[0].sizes.len()).find_map(|size| {
+        let both = rows.iter().zip(factors);
+        let mut both: Vec<(f64, f64)> = both.map(|(row, by)| (row.sizes[size].1, *by)).collect();
+        both.sort_by(|a, b| a.0.total_cmp(&b.0));
+        both.dedup_by(|a, b| a.0 == b.0);
+        let goes = |way: f64| both.windows(2).all(|two| way * (two[1].1 - two[0].1) > 0.0);
+        let enough = both.len() >= FEWEST && 2 * both.len() > rows.len();
+        (enough && (goes(1.0) || goes(-1.0))).then_some((size, both[0], both[both.len() - 1]))
+    });
+    told.map(|(size, (low, first), (high, last))| {
+        let [first, last] = [first, last].map(number);
+        format!(
+            "with {name} × a factor that goes with {}: {first} at {low:.3e} to {last} at {high:.3e} (SI)",
+            rows[0].sizes[size].0
+        )
+    })
 }
 
 fn by_groups(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {

@@ -62,7 +62,6 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
             Of::Grain(id) => grains.push(id),
         }
     }
-    let before = at.checked_sub(1).map(|before| &moments[before]);
     let all: Vec<Of> = rows
         .iter()
         .filter(|row| row.at == (run, at))
@@ -77,7 +76,7 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
             let among = |ids: (u32, u32)| all.contains(&Of::Contact(ids.0, ids.1));
             conditions::of_contacts(
                 case,
-                before,
+                &moments[..at],
                 &moments[at],
                 ("contacts are wrong", &contacts),
                 &among,

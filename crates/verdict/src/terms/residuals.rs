@@ -25,6 +25,10 @@ pub(super) struct Follower<'a> {
     pub(super) run: usize,
     /// What each contact had at the moment before, and by how much its normal has turned so far, squared, rad².
     before: BTreeMap<(u32, u32), Before>,
+    /// The same of contacts that have ended.
+    ended: BTreeMap<(u32, u32), Before>,
+    /// Where contacts that adhesion holds are, over the overlap at which it lets go, and whether they are there.
+    pub(super) held: Vec<(f64, bool)>,
 }
 
 struct Before {
@@ -36,7 +40,12 @@ struct Before {
     turned: f64,
     /// Whether its moment against rolling has ever been near its limit.
     has_rolled: bool,
+    /// k_s and c_n when it began.
+    first: [f64; 2],
 }
+
+/// What a contact had a step ago and whether it was cut, and what a spring has that outlives its contact, turned with it and as it was.
+type Past<'a> = (Option<(&'a Before, (Told, bool))>, [Vector; 2]);
 
 /// Forces and torques on a grain of one kind.
 #[derive(Clone, Copy, Default)]
@@ -86,6 +95,8 @@ impl<'a> Follower<'a> {
             case,
             run,
             before: BTreeMap::new(),
+            ended: BTreeMap::new(),
+            held: Vec::new(),
         }
     }
 
@@ -113,6 +124,28 @@ impl<'a> Follower<'a> {
                 *obstacle = obstacle.after(now.step, dt);
             }
             let reference = Reference::holding(&model, &now_bodies, now.punch, &now.contacts);
+            if let Some(was) = at.checked_sub(1).filter(|_| model.law.holds()) {
+                let was = &moments[was];
+                let held = Reference::holding(&model, &now_bodies, now.punch, &was.contacts);
+                let (held, _) = held.contacts_with_across();
+                let there: BTreeMap<_, _> = now
+                    .contacts
+                    .iter()
+                    .map(|one| (one.ids(), one.overlap))
+                    .collect();
+                let to_be: BTreeMap<_, _> =
+                    held.iter().map(|one| (one.ids(), one.overlap)).collect();
+                let all = to_be
+                    .iter()
+                    .chain(there.iter().filter(|(ids, _)| !to_be.contains_key(*ids)));
+                let all = all.filter(|(_, overlap)| **overlap < 0.0);
+                self.held.extend(all.map(|(ids, overlap)| {
+                    (
+                        overlap / reference.lets_go_at(*ids),
+                        there.contains_key(ids),
+                    )
+                }));
+            }
             let loads = self.contacts(&reference, now, at, rows);
             past = Some((now, loads));
         }
@@ -150,7 +183,7 @@ impl<'a> Follower<'a> {
                 false => times(contact.tangential_force, [-normal[2], 0.0, normal[0]]),
             };
             let was = self.before.get(&ids);
-            let told = was.map(|was| {
+            let told_of = |was: &Before| {
                 // A force that is at its limit had no dashpot added.
                 let limit = was.parts.limit;
                 let cut = is_at(hypot(was.tangential), limit, was.turned);
@@ -178,11 +211,23 @@ impl<'a> Follower<'a> {
                     without_limit: was.parts.without_limit,
                 };
                 (told, cut)
-            });
+            };
+            let told = was.map(told_of);
             let Some(parts) = reference.parts(ids, (fn_told, tangential), told.map(|told| told.0))
             else {
                 continue;
             };
+            // What a spring has that outlives its contact: turned with it, and as it was.
+            let outlived = self.ended.get(&ids).filter(|_| was.is_none());
+            let outlived = outlived.and_then(|ended| {
+                let (told, _) = told_of(ended);
+                let again = |told| reference.parts(ids, (fn_told, tangential), Some(told));
+                let (turned, as_it_was) = (again(told)?, again(Told { normal, ..told })?);
+                Some(
+                    [turned, as_it_was]
+                        .map(|parts| plus(parts.kept, plus(parts.turns[0], parts.turns[1]))),
+                )
+            });
             let turn = was.map_or(0.0, |was| hypot(cross(was.normal, normal)).powi(2));
             let turned = was.map_or(0.0, |was| was.turned) + turn;
             let size = [parts.elastic, parts.viscous, parts.pull, fn_told]
@@ -212,6 +257,11 @@ impl<'a> Follower<'a> {
                 ("max(m₁, m₂)", m1.max(m2)),
                 ("u of the step before", was.map_or(u, |was| was.overlap)),
                 ("|k_s·Δt·slip|", hypot(sum(parts.slips))),
+                (
+                    "the speed of slip",
+                    hypot(sum(parts.slips)) / (parts.k_s * dt),
+                ),
+                ("the speed along the normal", (parts.way / dt).abs()),
                 ("F_s", parts.elastic),
                 ("|F_s − F_a|", (parts.elastic - parts.pull).abs()),
             ];
@@ -270,6 +320,19 @@ impl<'a> Follower<'a> {
                 .punch
                 .filter(|_| parts.first == Body::Punch)
                 .map_or(0.0, |punch| punch.velocity);
+            let first = was.map_or([parts.k_s, parts.c_n], |was| was.first);
+            let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
+            let grown = share(parts.c_n - first[1], parts.c_n);
+            let acts = told_braking(&parts, (tangential, turned), rules.tangential_dashpot);
+            let whole = if acts == NONE {
+                0.0
+            } else {
+                share(parts.c_s, parts.c_n)
+            };
+            of_normal.extend(terms! {
+                "what c_n has changed since the contact began, in the dashpot's force", 1.0 => one(grown * parts.viscous);
+                "what the dashpot along the tangent has by the velocity along the normal", 0.0 => one(whole * parts.viscous);
+            });
             of_normal.extend(terms! {
                 "the size of the dashpot's force", 0.0 => one(parts.viscous.abs());
                 "the dashpot's force by the punch's velocity", 1.0 => one(parts.c_n * punch * normal[2]);
@@ -294,7 +357,7 @@ impl<'a> Follower<'a> {
             self.tangential(
                 &parts,
                 (tangential, normal, u, loose, turned),
-                was.zip(told),
+                (was.zip(told), outlived.unwrap_or_default()),
                 &mut add,
             );
             let is_near = hypot(parts.without_limit) > STICKS * parts.most_moment;
@@ -366,10 +429,16 @@ impl<'a> Follower<'a> {
                     tangential,
                     turned,
                     has_rolled,
+                    first,
                 },
             );
         }
-        self.before = after;
+        let ended = std::mem::replace(&mut self.before, after);
+        self.ended.extend(
+            ended
+                .into_iter()
+                .filter(|(ids, _)| !self.before.contains_key(ids)),
+        );
         if let Some(punch) = now.punch {
             let size = |contact: &Contact| contact.normal_force.hypot(contact.tangential_force);
             let sizes: f64 = now.contacts.iter().map(size).sum();
@@ -399,7 +468,7 @@ impl<'a> Follower<'a> {
         &self,
         parts: &Parts,
         (tangential, normal, u, loose, turned): (Vector, Vector, f64, f64, f64),
-        before: Option<(&Before, (Told, bool))>,
+        (before, outlived): Past<'_>,
         add: &mut dyn FnMut(usize, Vector, f64, Vec<Term>),
     ) {
         let case = self.case;
@@ -428,7 +497,9 @@ impl<'a> Follower<'a> {
             let growth = (parts.k_s / was.parts.k_s - 1.0) * has(was.parts.k_s > 0.0);
             let whole = plus(parts.kept, plus(parts.turns[0], parts.turns[1]));
             let [force, braking, slip] = parts.turned;
+            let since = (1.0 - was.first[0] / parts.k_s) * has(parts.k_s > 0.0);
             of_before = terms! {
+                "what k_s has changed since the contact began, in k_s·Δt·slip", 1.0 => times(since, sum(parts.slips));
                 "k_s·Δt·slip of the step before", 0.0 => times(1.0 + growth, told.slip);
                 "k_s·Δt·slip of the step before, turned", 0.0 => slip;
                 "the dashpot's force of the step before, which the spring keeps,", 0.0 => times(has(told.brakes), braking);
@@ -436,6 +507,15 @@ impl<'a> Follower<'a> {
                 "the dashpot's force of the step before, where it slid,", 0.0 => times(has(cut && !told.brakes), braking);
                 "the whole force of the step before", 0.0 => force;
                 "the force of the step before, not turned", 0.0 => told.tangential;
+            };
+        }
+        if begins {
+            let more = has(parts.way != 0.0) * (u / parts.way) - parts.share;
+            of_before = terms! {
+                "the force of the spring when these two parted the last time, turned with the contact", 0.0 => outlived[0];
+                "the force of the spring when these two parted the last time", 0.0 => outlived[1];
+                "what the slip of more than a step has, as the share of a new contact is not capped at 1", 0.0 => times(more.max(0.0), slip);
+                "what the slip has of a new contact whose share is not between 0 and 1", 0.0 => times(more, slip);
             };
         }
         let scale = [size, told, hypot(slip), hypot(braking)]
@@ -503,6 +583,8 @@ impl<'a> Follower<'a> {
             terms.extend(terms! {
                 "tan φ·(the normal force of the step before)", 0.0 => times(limit_before, way);
                 "Coulomb's limit along the force of the step before", 0.0 => along(old);
+                "Coulomb's limit along what the spring had when these two parted the last time, turned with the contact,", 0.0 => along(plus(outlived[0], trial));
+                "Coulomb's limit along what the spring had when these two parted the last time", 0.0 => along(plus(outlived[1], trial));
             });
             quantity = match is_early {
                 true => CUT_EARLY,
