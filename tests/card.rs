@@ -45,10 +45,10 @@ fn what_is_wrong_is_told_with_where_and_with_what_it_would_be_right() {
             "tan_phi_is_phi",
             "friction coefficient at two equal grains: as with tan φ × φ / tan φ (",
         ),
-        ("inertia=2", "moment of inertia at one grain: as with"),
+        ("inertia=2", "as with moment of inertia × 2 ("),
         (
             "alpha=0",
-            "local damping, falling at one grain: as with damped_gravity = spared, or α × 0",
+            "local damping, falling at one grain: as with α × 0 (",
         ),
         (
             "k_s=1.03",
@@ -56,7 +56,7 @@ fn what_is_wrong_is_told_with_where_and_with_what_it_would_be_right() {
         ),
         (
             "gravity=0.5",
-            "gravity across at one grain: as with gravity × 1/2 (3 more)",
+            "gravity across at one grain: as with gravity × 1/2 (",
         ),
     ];
     for (fault, words) in told {
@@ -67,17 +67,14 @@ fn what_is_wrong_is_told_with_where_and_with_what_it_would_be_right() {
 #[test]
 fn rules_that_are_not_declared_are_told() {
     let told = [
-        (
-            "wall_mass=half",
-            "restitution at wall: as with wall_mass = half",
-        ),
+        ("wall_mass=half", " at wall: as with wall_mass = half ("),
         (
             "stiffness_mean=arithmetic",
-            "normal stiffness at two unequal grains: as with stiffness_mean = arithmetic",
+            "normal stiffness at two unequal grains: as with stiffness_mean = arithmetic, or k = (k₁ + k₂)/2 (",
         ),
         (
             "restitution=uncut",
-            "restitution at two equal grains: as with restitution = uncut",
+            "restitution at two equal grains: as with restitution = uncut, or the damping ratio",
         ),
     ];
     for (rule, words) in told {
@@ -97,40 +94,37 @@ fn faults_of_laws_in_space_are_told() {
     let told = [
         (
             "moment_of_spin=1",
-            "limit of rolling at two equal grains in space: as if multiplied by the spin to the power 1 (9 more)",
+            "limit of rolling at two equal grains in space: 3.6787 times what is right (",
         ),
         (
             "moment_of_spin=2",
-            "twisting stiffness at two equal grains in space: as if multiplied by the spin to the power 1 (9 more)",
+            "twisting stiffness at two equal grains in space: as if multiplied by the spin to the power 1 (",
         ),
-        (
-            "mass_at_walls=1",
-            "restitution at wall: as with wall_mass = half (25 more)",
-        ),
+        ("mass_at_walls=1", " at wall: as with wall_mass = half ("),
         (
             "rolling=3",
-            "moment on the first grain over that on the last at two equal grains in space: 0 times what is right (2 more)",
+            "moment on the first grain over that on the last at two equal grains in space: 0 times what is right (5 more)",
         ),
         (
             "rolling=4",
-            "bending stiffness at wall in space: as with moments_at_walls = none (11 more)",
+            "bending stiffness at wall in space: as with moments_at_walls = none (",
         ),
         // Of the spins' sum, which are as 1 and −4.
         (
             "rolling=5",
-            "bending stiffness at two equal grains in space: 0.6 times what is right (5 more)",
+            "bending stiffness at two equal grains in space: as with bending stiffness × 0.6 (",
         ),
         (
             "museum=1",
-            "tangential stiffness at wall in space: as if multiplied by the overlap to the power 0.5 (3 more)",
+            "tangential stiffness at wall: 0.00015811 times what is right (",
         ),
         (
             "museum=113",
-            "torque of friction on the first grain over that on the last at two unequal grains in space: 0.59988",
+            "as with a law where the radius in the torque is the first one's for both bodies, or",
         ),
         (
             "museum=21",
-            "twisting stiffness at two equal grains in space: as with twisting stiffness × 2 (9 more)",
+            "twisting stiffness at two equal grains in space: as with twisting stiffness × 2 (",
         ),
         (
             "history_displacement=1",
@@ -214,7 +208,6 @@ fn options_of_a_scene_are_read() {
         ("spheres.c", "friction_at_walls=2"),
         ("spheres.c", "wall_one_sided"),
         ("spheres.c", "material_ignored=3"),
-        ("spheres.c", "shear_dashpot=4"),
         ("engine.c", "coulomb_spring"),
         ("engine.c", "new_contact_other"),
     ];

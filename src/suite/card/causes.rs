@@ -345,10 +345,14 @@ impl Scope {
             place: place.then_some(about.place),
         };
         let mut all = vec![scope(false, None, false)];
+        // An engine has one time step.
+        if matches!(one, Otherwise::Times(constant, ..) if constant.symbol() == "Δt") {
+            return all;
+        }
         all.extend(is_pair.map(|_| scope(false, is_pair, false)));
         all.push(scope(true, None, false));
         all.extend(is_pair.map(|_| scope(true, is_pair, false)));
-        let at_places = matches!(one, Otherwise::Times(..));
+        let at_places = is_pair.is_some() && matches!(one, Otherwise::Times(..));
         all.extend(at_places.then(|| scope(true, is_pair, true)));
         all
     }
@@ -658,11 +662,15 @@ pub fn tell_causes(all: &[Quantity], rows: &mut [Row], declared: Rules, under: V
             let without: Vec<Cause> = without.copied().collect();
             !readings.is(at, readings.with(&without, at))
         };
-        let needed = entries.iter().filter(is_needed).map(Entry::name);
-        told.push((
-            shown[at],
-            format!("as with {}", needed.collect::<Vec<_>>().join(" and ")),
-        ));
+        let mut needed: Vec<String> = entries.iter().filter(is_needed).map(Entry::name).collect();
+        // Of causes that each suffice none is needed.
+        if needed.is_empty() {
+            let own = entries.iter().filter(|entry| entry.explained.contains(&at));
+            needed = own.map(Entry::name).collect();
+        }
+        if !needed.is_empty() {
+            told.push((shown[at], format!("as with {}", needed.join(" and "))));
+        }
     }
     let powers = powers(&readings, &unexplained);
     told.extend(powers.into_iter().map(|(at, why)| (shown[at], why)));

@@ -329,7 +329,8 @@ impl List {
         let law = meeting.law(1.0, 0.5f64.atan());
         let viscosity = match meeting.kind {
             Kind::Plane => Viscosity::dashpot(1.0, TENSION),
-            _ => Viscosity::dashpot(0.05, TENSION),
+            Kind::Linear => Viscosity::dashpot(0.05, TENSION),
+            Kind::Hertz => Viscosity::restitution(0.5, TENSION),
         };
         let law = meeting.kind.with_dashpots(law, viscosity);
         let asked = angle_of_last(&law).tan();
@@ -697,7 +698,11 @@ impl List {
             limit: Some(limit),
         };
         let case = turning(law(constant), [4.0, 3.0, 0.0]);
-        let named = ("constant-moment", "constant torque against rolling", "");
+        let named = (
+            "constant-moment",
+            "limit of rolling, as a constant torque",
+            "",
+        );
         self.add(named, case, limit, move |track| {
             let [r1, r2] = meeting.radii();
             let arm = meeting.force(track, 2, DT)[0] * 0.5 * (r1 + r2);
