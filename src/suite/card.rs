@@ -2,10 +2,10 @@
 //! the grains move, in the plane and in space. Forces that the engine writes play no part.
 
 mod asked;
+mod causes;
 mod pictures;
 mod readings;
-
-use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+mod unread;
 
 use serde::Serialize;
 
@@ -16,17 +16,15 @@ use crate::engine::{Description, Engine, EngineError, ProgramError};
 use crate::files::work_folder;
 use crate::suite::Track;
 use asked::{About, Kind, Quantity, quantities};
-use grains::constant::Constant;
+use causes::tell_causes;
 use grains::rules::{Choice, Rules};
 use grains::task::Case;
-use grains::variant::{Alone, Form, Variant, run};
+use grains::variant::{Form, Variant, run};
 use pictures::{Line, lines, pictures};
-use verdict::forms::{candidates, in_words, other_rules};
+use unread::unread;
 
 /// How far what is read may be from what it should be, as a share of it: single precision, in differences of velocities.
 const TOLERANCE: f64 = 1.0e-4;
-/// How near to a whole or half number a power must be to be told.
-const POWER: f64 = 0.02;
 /// Stands in the names of what two grains have of each other whatever the law is.
 const OF_BOTH: &str = "on the first grain over that on the last";
 /// What is said of a row that is right.
@@ -35,71 +33,8 @@ const AS_ASKED: &str = "as asked";
 const IS_RIGHT: &str = " times what is right";
 /// So many causes are told in the answer; all of them are in the table.
 const TOLD: usize = 6;
-/// What constants are multiplied by where somebody halves, doubles or takes a root.
-const FACTORS: [(f64, &str); 6] = [
-    (0.0, "0"),
-    (0.5, "1/2"),
-    (FRAC_1_SQRT_2, "1/√2"),
-    (SQRT_2, "√2"),
-    (2.0, "2"),
-    (4.0, "4"),
-];
-
-/// What an engine may have otherwise.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Otherwise {
-    Form(Form),
-    Times(Constant, f64, &'static str),
-}
-
-impl Otherwise {
-    /// All that makes a difference in this case.
-    fn all(case: &Case) -> Vec<Otherwise> {
-        let rules = other_rules(case).map(Form::Rule);
-        // A case is of one kind of contact, of which an input needs no word.
-        let is_said = |form: &Form| match form {
-            Form::Rule(_) => false,
-            Form::TakenFor(.., alone) => *alone == Alone::Everywhere,
-            _ => true,
-        };
-        let others = candidates(case).into_iter().filter(is_said);
-        let forms = rules.chain(others).map(Otherwise::Form);
-        let angle = case.model.law.friction_angle;
-        let of_angle = [
-            (angle.tan().tan() / angle.tan(), "tan tan φ / tan φ"),
-            (angle / angle.tan(), "φ / tan φ"),
-        ];
-        let alone = Constant::faults().filter(|constant| constant.symbol().is_empty());
-        let constants = Constant::all().chain(alone);
-        let times = constants
-            .filter(|constant| constant.is_in(case))
-            .flat_map(|constant| {
-                let of_angle = of_angle
-                    .into_iter()
-                    .filter(move |_| constant.symbol() == "tan φ");
-                let all = FACTORS.into_iter().chain(of_angle);
-                all.map(move |(factor, name)| Otherwise::Times(constant, factor, name))
-            });
-        forms.chain(times).collect()
-    }
-
-    fn name(self) -> String {
-        match self {
-            Otherwise::Form(Form::Rule(choice)) => choice.name(),
-            Otherwise::Form(form) => format!("a law where {}", in_words(form)),
-            Otherwise::Times(constant, _, name) => format!("{} × {name}", constant.name()),
-        }
-    }
-
-    fn beside(self, others: &Variant) -> Variant {
-        let mut variant = others.clone();
-        match self {
-            Otherwise::Form(form) => variant.forms.push(form),
-            Otherwise::Times(constant, factor, _) => return others.and(constant, factor - 1.0),
-        }
-        variant
-    }
-}
+/// And so many keys that were not read.
+const UNREAD_TOLD: usize = 8;
 
 /// A row of the card.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -119,6 +54,8 @@ pub struct Row {
 pub struct Card {
     pub engine: Description,
     pub rows: Vec<Row>,
+    /// Keys and rules with their values that no reading that was made would show.
+    pub not_read: Vec<String>,
     #[serde(skip)]
     pictures: Vec<Plot>,
 }
@@ -142,29 +79,45 @@ pub fn card(engine: &dyn Engine) -> Result<Card, EngineError> {
     let cases: Vec<&Case> = cases.chain(lines.iter().map(|line| &line.case)).collect();
     let work = work_folder().map_err(ProgramError::File)?;
     let mut answers = engine.run_cases(&cases, work.path())?.into_iter();
-    let rows = all.iter().zip(lacking).map(|(quantity, lacks)| {
-        let answer = match lacks {
+    let own: Vec<Result<Track, String>> = lacking
+        .into_iter()
+        .map(|lacks| match lacks {
             Some(lacks) => Err(format!("it has no {lacks}")),
             None => answers
                 .next()
                 .unwrap_or_else(|| Err("it did not answer".to_owned())),
-        };
-        quantity.row(answer, described.rules)
-    });
-    let mut rows: Vec<Row> = rows.collect();
+        })
+        .collect();
+    let rows = card_of(&all, own, described.rules);
     let lines = lines.into_iter().zip(answers).filter_map(|(line, answer)| {
         let right = run(&line.case, &variant(described.rules));
         let points = [(line.trace)(&answer.ok()?), (line.trace)(&right)];
         Some((line, points))
     });
     let pictures = pictures(&lines.collect::<Vec<_>>());
-    tell_causes(&all, &mut rows, described.rules);
-    tell_powers(&mut rows);
+    let read = all.iter().zip(&rows);
+    let read = read.filter(|(_, row)| row.shown.is_some());
+    let read: Vec<&Quantity> = read.map(|(quantity, _)| quantity).collect();
+    let not_read = unread(&read, &described, variant(described.rules));
     Ok(Card {
         engine: described,
         rows,
+        not_read,
         pictures,
     })
+}
+
+/// What these answers show, and why.
+fn card_of(
+    all: &[Quantity],
+    answers: impl IntoIterator<Item = Result<Track, String>>,
+    declared: Rules,
+) -> Vec<Row> {
+    let answered = all.iter().zip(answers);
+    let rows = answered.map(|(quantity, answer)| quantity.row(answer, declared));
+    let mut rows: Vec<Row> = rows.collect();
+    tell_causes(all, &mut rows, declared, variant(declared));
+    rows
 }
 
 impl Quantity {
@@ -253,102 +206,6 @@ fn variant(rules: Rules) -> Variant {
     }
 }
 
-/// With what native would show a wrong row too: what leaves no right row wrong, and changes no wrong one but to what is shown.
-fn tell_causes(all: &[Quantity], rows: &mut [Row], declared: Rules) {
-    let under = variant(declared);
-    let wrong = |row: &Row| row.outcome == Outcome::Fail;
-    let asked = all.iter().zip(rows.iter());
-    let asked: Vec<(&Quantity, &Row)> = asked.filter(|(_, row)| row.shown.is_some()).collect();
-    let others = |one: Otherwise| {
-        let variant = one.beside(&under);
-        move |quantity: &Quantity| quantity.of(&variant)
-    };
-    // How many wrong rows it explains; 0 where it does not fit.
-    let explained = |one: Otherwise| {
-        let with = others(one);
-        let mut count = 0;
-        let fits = asked.iter().all(|(quantity, row)| {
-            let value = with(quantity);
-            let is_shown = row.is(value);
-            count += usize::from(is_shown && wrong(row));
-            let is_as_before = || {
-                let off = (value - quantity.of(&under)).abs();
-                wrong(row) && off <= TOLERANCE * row.right.abs()
-            };
-            is_shown || is_as_before()
-        });
-        if fits { count } else { 0 }
-    };
-    let mut known: Vec<(Otherwise, usize)> = Vec::new();
-    let mut told: Vec<(String, String)> = Vec::new();
-    for (quantity, row) in asked.iter().filter(|(_, row)| wrong(row)) {
-        let mut case = quantity.case.clone();
-        case.model.rules = declared;
-        let mut found: Vec<(Otherwise, usize)> = Vec::new();
-        let mut candidates = Otherwise::all(&case);
-        // What explains rows of walls may be that of other flat bodies.
-        for (one, count) in &known {
-            if *count > 0 && !candidates.contains(one) {
-                candidates.push(*one);
-            }
-        }
-        for one in candidates {
-            let before = known.iter().find(|(other, _)| *other == one).copied();
-            if before.is_some_and(|(_, count)| count == 0) || !row.is(others(one)(quantity)) {
-                continue;
-            }
-            let counted = before.unwrap_or_else(|| (one, explained(one)));
-            if before.is_none() {
-                known.push(counted);
-            }
-            found.push(counted);
-        }
-        let most = found.iter().map(|(_, count)| *count).max().unwrap_or(0);
-        let best = found.iter().filter(|(_, count)| *count == most && most > 0);
-        let names: Vec<String> = best.map(|(one, _)| one.name()).collect();
-        if !names.is_empty() {
-            told.push((
-                row.about.key.clone(),
-                format!("as with {}", names.join(", or ")),
-            ));
-        }
-    }
-    for (key, why) in told {
-        for row in rows.iter_mut().filter(|row| row.about.key == key) {
-            row.why.clone_from(&why);
-        }
-    }
-}
-
-/// Where no cause is known: the power of speed, spin or overlap by which a wrong row and its twin of another one differ.
-fn tell_powers(rows: &mut [Row]) {
-    let wrong = |row: &Row| row.why.ends_with(IS_RIGHT);
-    for at in 0..rows.len() {
-        let row = &rows[at];
-        let Some((what, rate)) = row.about.rate.filter(|_| wrong(row)) else {
-            continue;
-        };
-        let mut twins = rows.iter().filter_map(|other| {
-            let same = (other.about.kind, other.about.place) == (row.about.kind, row.about.place);
-            let (number, other_rate) = other.about.rate.filter(|_| same)?;
-            let same = same && other.constant() == row.constant();
-            let power = (row.times() / other.times()).ln() / (rate / other_rate).ln();
-            (same && number == what && other_rate != rate).then_some(power)
-        });
-        let power = twins.next().unwrap_or(f64::NAN);
-        let whole = 0.5 * (2.0 * power).round();
-        let is_whole = (power - whole).abs() < POWER && whole != 0.0;
-        // A constant that is nothing has no power.
-        if is_whole && row.times().abs() > TOLERANCE {
-            let said = format!(
-                "as if multiplied by the {what} to the power {}",
-                rounded(whole, 2)
-            );
-            rows[at].why = said;
-        }
-    }
-}
-
 impl Card {
     pub fn checks(&self) -> Vec<Check> {
         let check = |row: &Row| {
@@ -370,6 +227,24 @@ impl Card {
         self.rows.iter().map(check).collect()
     }
 
+    /// What the page says nothing about.
+    fn unread_in_words(&self) -> String {
+        if self.not_read.is_empty() {
+            return String::new();
+        }
+        let told: Vec<&str> = self
+            .not_read
+            .iter()
+            .take(UNREAD_TOLD)
+            .map(String::as_str)
+            .collect();
+        let more = match self.not_read.len() - told.len() {
+            0 => String::new(),
+            more => format!(" and {more} others"),
+        };
+        format!(" Not read: {}{more}.", told.join("; "))
+    }
+
     pub fn document(&self) -> Document {
         let checks = self.checks();
         let other = self.rows.iter().filter(|row| row.outcome == Outcome::Fail);
@@ -386,6 +261,7 @@ impl Card {
                 causes(&other)
             ),
         };
+        let answer = format!("{answer}{}", self.unread_in_words());
         let about = "Read from how grains move from one step to the next; forces that the engine writes play no part. Right is what the same \
                      reading gives of the native engine, whose steps are the same. In space normals and tangents are askew to the axes.";
         let sections = Kind::ALL.into_iter().filter_map(|kind| {
@@ -402,6 +278,14 @@ impl Card {
         if !unusual.is_empty() {
             let table = table("card-otherwise", "Otherwise than asked", unusual);
             sections.insert(0, Section::new("Otherwise than asked", "").with(table));
+        }
+        if !self.not_read.is_empty() {
+            let table = Table::of("card-not-read", "Not read", &self.not_read)
+                .column("key or rule", |what: &String| what);
+            sections.push(
+                Section::new("Not read", "No reading shows whether these are right.")
+                    .with(Table::from(table)),
+            );
         }
         let plots = Section::new("Contacts in space", "").with_all(self.pictures.clone());
         sections.extend((!self.pictures.is_empty()).then_some(plots));

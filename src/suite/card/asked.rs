@@ -17,8 +17,8 @@ use grains::task::Case;
 use grains::vector::{Vector, cross, dot, hypot, minus, plus, times};
 
 /// Radii of the grains, m; both are R of the first where grains are equal.
-pub const RADII: [f64; 2] = [0.005, 0.003];
-const DENSITY: f64 = 2600.0;
+pub const RADII: [f64; 2] = [0.005, 0.002];
+const DENSITY: f64 = 2500.0;
 /// E, Pa, so that k_n of two equal grains is E·R by linear springs.
 pub const MODULUS: f64 = 1.0e7;
 const POISSONS_RATIO: f64 = 0.3;
@@ -52,17 +52,23 @@ pub enum Place {
     Unequal,
     Materials,
     Wall,
+    /// A wall that is elsewhere, from its other side.
+    Below,
+    /// A wall under a grain of another material.
+    Apart,
     Punch,
     Plane,
     Triangle,
     Box,
 }
 
-pub const PLACES: [Place; 8] = [
+pub const PLACES: [Place; 10] = [
     Place::Equal,
     Place::Unequal,
     Place::Materials,
     Place::Wall,
+    Place::Below,
+    Place::Apart,
     Place::Punch,
     Place::Plane,
     Place::Triangle,
@@ -168,6 +174,9 @@ pub struct About {
     pub place: &'static str,
     #[serde(skip)]
     pub kind: Kind,
+    /// What meets; none of a grain alone.
+    #[serde(skip)]
+    pub meeting: Option<Meeting>,
     /// What is larger or smaller in another reading of the same name, and how much of it there is in this one.
     #[serde(skip)]
     pub rate: Option<(&'static str, f64)>,
@@ -186,6 +195,7 @@ impl About {
             unit,
             place,
             kind,
+            meeting: None,
             rate: None,
             asked,
         }
@@ -193,7 +203,7 @@ impl About {
 }
 
 /// The last grain at a place, by a law.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meeting {
     pub place: Place,
     pub kind: Kind,
@@ -209,6 +219,8 @@ impl Place {
             "two unequal grains",
             "two materials",
             "wall",
+            "wall from below",
+            "wall and another material",
             "punch",
             "plane",
             "triangle",
@@ -223,8 +235,10 @@ impl Place {
     /// Whether an engine with these parts is asked for it.
     pub fn is_in(self, kind: Kind, engine: &Description) -> bool {
         let part = match self {
-            Place::Equal | Place::Unequal | Place::Wall | Place::Punch => return true,
-            Place::Materials => Part::Materials,
+            Place::Equal | Place::Unequal | Place::Wall | Place::Below | Place::Punch => {
+                return true;
+            }
+            Place::Materials | Place::Apart => Part::Materials,
             Place::Plane => Part::Planes,
             Place::Triangle => Part::Facets,
             Place::Box => Part::Boxes,
@@ -243,12 +257,28 @@ impl Meeting {
         self.kind.grain(RADII[0])
     }
 
+    fn has_materials(self) -> bool {
+        matches!(self.place, Place::Materials | Place::Apart)
+    }
+
+    /// How far the surface of what is met is from the origin along the normal, m.
+    fn shift(self) -> f64 {
+        if self.place == Place::Below {
+            0.02
+        } else {
+            0.0
+        }
+    }
+
     /// From what is met to the last grain, the tangent, and across both.
     pub fn directions(self) -> [Vector; 3] {
         let [normal, tangent] = match (self.kind, self.place) {
             (Kind::Plane, Place::Punch) => [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]],
+            (Kind::Plane, Place::Below) => [[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
             (Kind::Plane, _) => [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
-            (_, Place::Wall) => [[0.0, 1.0, 0.0], [0.6, 0.0, 0.8]],
+            (Kind::Hertz, Place::Below) => [[0.0, 0.0, -1.0], [0.6, 0.8, 0.0]],
+            (_, Place::Below) => [[-1.0, 0.0, 0.0], [0.0, 0.6, 0.8]],
+            (_, Place::Wall | Place::Apart) => [[0.0, 1.0, 0.0], [0.6, 0.0, 0.8]],
             (_, Place::Punch) => [[0.0, 0.0, -1.0], [0.8, 0.6, 0.0]],
             _ => [[0.36, 0.48, 0.8], [0.8, -0.6, 0.0]],
         };
@@ -269,7 +299,7 @@ impl Meeting {
     /// With this k_s/k_n of linear springs and this friction angle.
     pub fn law(self, stiffness_ratio: f64, friction_angle: f64) -> Law {
         let mut law = self.kind.law(stiffness_ratio, friction_angle);
-        if self.place == Place::Materials {
+        if self.has_materials() {
             let friction_angle = 0.6 * friction_angle;
             law.materials = vec![Solid {
                 friction_angle,
@@ -290,10 +320,14 @@ impl Meeting {
         [first, last]
     }
 
+    /// What both are made of.
+    pub fn solids(self, law: &Law) -> [Solid; 2] {
+        [0, u32::from(self.has_materials())].map(|material| law.solid(material))
+    }
+
     /// k_n and k_s: over the overlap N/m of linear springs, F/u^1.5 and k_s/u^0.5 of Hertz's and Mindlin's, N/m^1.5.
     pub fn stiffness(self, law: &Law) -> [f64; 2] {
-        let solids = [0, u32::from(self.place == Place::Materials)];
-        let [one, two] = solids.map(|material| law.solid(material));
+        let [one, two] = self.solids(law);
         let [r1, r2] = self.radii();
         let half_mean = |a: f64, b: f64| 2.0 * a * b / (a + b);
         let [a, b] = [one.modulus * r1, two.modulus * r2];
@@ -347,7 +381,7 @@ impl Meeting {
         moments: Vec<u64>,
     ) -> Case {
         let sphere = |grain: Grain, distance: f64| {
-            let place = self.in_space([distance, 0.0, 0.0]);
+            let place = self.in_space([distance + self.shift(), 0.0, 0.0]);
             let mut sphere = Sphere::new(place, grain.radius, DENSITY);
             sphere.mass = grain.mass;
             sphere
@@ -366,8 +400,8 @@ impl Meeting {
             let pair = [first.inertia, HEAVY * last.inertia];
             made.bodies.inertia = pair[2 - spheres.len()..].to_vec();
         }
-        if self.place == Place::Materials {
-            made.bodies.material = vec![0, 1];
+        if self.has_materials() {
+            made.bodies.material = [0, 1][2 - spheres.len()..].to_vec();
         }
         if self.place == Place::Punch {
             made.punch = Some(punch(0.0, 0.0, [0.05, 0.05], 0.0));
@@ -381,9 +415,12 @@ impl Meeting {
         let [normal, tangent, across] = self.directions();
         let side = 0.05;
         let shape = match self.place {
-            Place::Wall => {
-                let axis = [Axis::Z, Axis::Y][usize::from(self.kind.in_space())];
-                made.walls.push(Wall::at(axis, 0.0));
+            Place::Wall | Place::Below | Place::Apart => {
+                let axes = [Axis::X, Axis::Y, Axis::Z];
+                let axis = axes.into_iter().find(|axis| normal[axis.in_space()] != 0.0);
+                let axis = axis.unwrap_or(Axis::Z);
+                let place = self.shift() * normal[axis.in_space()];
+                made.walls.push(Wall::at(axis, place));
                 return made;
             }
             Place::Plane => Surface::Plane {
@@ -419,9 +456,11 @@ impl Meeting {
         let from = 1 - self.id_of_last();
         for (id, local) in spins[from..].iter().enumerate() {
             let [x, y, z] = self.in_space(*local);
-            case.bodies.spin_x[id] = x;
             case.bodies.spin[id] = y;
-            case.bodies.spin_z[id] = z;
+            if self.kind.in_space() {
+                case.bodies.spin_x[id] = x;
+                case.bodies.spin_z[id] = z;
+            }
         }
         let inertia = [self.first(), self.last()].map(|grain| heavy * grain.inertia);
         case.bodies.inertia = inertia[from..].to_vec();
@@ -494,8 +533,17 @@ impl Meeting {
             true => {
                 RADII[0] + radius - hypot(minus(place, vector(track, step, 0, Bodies::position)))
             }
-            false => radius - self.local(place)[0],
+            false => radius + self.shift() - self.local(place)[0],
         }
+    }
+
+    /// The last grain's place, against that of the first one.
+    pub fn place_of_last(self, track: &Track, step: u64) -> Local {
+        let last = vector(track, step, self.id_of_last(), Bodies::position);
+        self.local(match self.place.is_pair() {
+            true => minus(last, vector(track, step, 0, Bodies::position)),
+            false => last,
+        })
     }
 
     /// Of the last grain against what it meets, m/s.
@@ -564,7 +612,8 @@ fn alone(kind: Kind) -> Vec<Quantity> {
     });
     let overlap = OVERLAP * grain.radius;
     let mut turned = meeting.meeting(kind.law(1.0, 0.5), overlap, [3.0, 0.0], vec![0, 1, 2, 3]);
-    turned.bodies.inertia = vec![grain.inertia];
+    let own = 1.5 * grain.inertia;
+    turned.bodies.inertia = vec![own];
     let inertia = move |track: &Track| {
         let force = meeting.force(track, 2, DT)[1];
         let turn = change(track, 2, 0, Bodies::angular_velocity);
@@ -573,6 +622,22 @@ fn alone(kind: Kind) -> Vec<Quantity> {
             _ => meeting.local(turn)[2],
         };
         (force * DT * grain.radius / turn).abs()
+    };
+    let mut damped = turned.clone();
+    damped.model.alpha = 0.3;
+    // What brakes the grain is larger by α, and what turns it is smaller.
+    let share = inertia;
+    let of_spin = move |track: &Track| {
+        let read = share(track);
+        (read - own) / (read + own)
+    };
+    // Turns round within its first step.
+    let turning = |share: f64| thrown([0.1, 0.0, share * 9.81 * DT], 0.3);
+    let first = |side: f64| -> Read {
+        Box::new(move |track| {
+            let [before, after] = [0, 1].map(|step| vector(track, step, 0, Bodies::velocity)[2]);
+            side * ((after - before) / DT / gravity[1] - 1.0)
+        })
     };
     let still = || thrown([0.0; 3], 0.0);
     let (falling, rising) = ("local damping, falling", "local damping, rising");
@@ -602,10 +667,38 @@ fn alone(kind: Kind) -> Vec<Quantity> {
             up,
         ),
         row(
+            ("alpha-across", "local damping, across", ""),
+            thrown([-0.1, 0.0, -1.0], 0.3),
+            0.3,
+            Box::new(move |track| acceleration(track, 0) / gravity[0] - 1.0),
+        ),
+        row(
+            ("alpha-turn-down", "local damping, falling from now on", ""),
+            turning(0.3),
+            0.3,
+            first(-1.0),
+        ),
+        row(
+            (
+                "alpha-turn-up",
+                "local damping, rising for half a step more",
+                "",
+            ),
+            turning(0.7),
+            0.3,
+            first(1.0),
+        ),
+        row(
             ("inertia", "moment of inertia", "kg m²"),
             turned,
-            grain.inertia,
+            own,
             Box::new(inertia),
+        ),
+        row(
+            ("alpha-spin", "local damping of a spin", ""),
+            damped,
+            0.3,
+            Box::new(of_spin),
         ),
     ]
 }

@@ -9,8 +9,10 @@ use super::asked::{
 };
 use crate::suite::Track;
 use grains::model::Law;
-use grains::scene::{AdhesionLaw, Rolling, Viscosity};
-use grains::tables::Bodies;
+use grains::scene::{
+    AdhesionLaw, NewContactSlip, Rolling, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity,
+};
+use grains::tables::{Bodies, Body};
 use grains::task::Case;
 use grains::vector::{dot, hypot, minus, times};
 
@@ -32,8 +34,12 @@ impl Meeting {
         };
         list.springs();
         list.dashpots();
+        list.pulls();
         list.friction();
+        list.damped_friction();
         list.rebounds();
+        list.choices();
+        list.arms();
         if self.kind.in_space() {
             list.turns();
             list.reactions();
@@ -41,6 +47,8 @@ impl Meeting {
         if self.kind == Kind::Hertz {
             list.loads();
             list.adhesion();
+        }
+        if self.kind.in_space() {
             list.moments();
         }
         list.all
@@ -83,6 +91,7 @@ impl List {
         self.all.push(Quantity {
             about: About {
                 rate,
+                meeting: Some(self.meeting),
                 ..About::new(kind, place.name(), named, asked)
             },
             case,
@@ -191,19 +200,78 @@ impl List {
         if meeting.kind != Kind::Hertz {
             return;
         }
-        let case = meeting.meeting(law(1.2), overlap, [SPEED, 0.0], vec![0, 1, 2, 3]);
-        let [_, stiffness] = meeting.stiffness(&case.model.law);
-        let asked = constant(&case.model.law, 1, stiffness * overlap.sqrt());
-        self.add(
-            ("c-s", "dashpot along the tangent", "N s/m"),
-            case,
-            asked,
-            move |track| {
+        for (key, name, of_its_own) in [
+            ("c-s", "dashpot along the tangent", None),
+            ("c-s-own", "dashpot along the tangent of its own", Some(0.8)),
+        ] {
+            let mut law = law(1.2);
+            law.contact.tangential_viscosity = of_its_own;
+            let case = meeting.meeting(law, overlap, [SPEED, 0.0], vec![0, 1, 2, 3]);
+            let [_, stiffness] = meeting.stiffness(&case.model.law);
+            let asked = constant(&case.model.law, 1, stiffness * overlap.sqrt());
+            self.add((key, name, "N s/m"), case, asked, move |track| {
                 // The spring has got the slip of two steps.
                 let [one, two] = [1, 2].map(|step| meeting.force(track, step, DT)[1]);
                 (2.0 * (two - one) - one) / meeting.velocity(track, 1)[1]
-            },
-        );
+            });
+        }
+    }
+
+    /// What is left of a spring's push where its dashpot pulls twice as strongly, and whether it may.
+    fn pulls(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let c_n = if meeting.kind == Kind::Plane {
+            10.0
+        } else {
+            0.5
+        };
+        for (tension, pulls) in [(Tension::Clipped, false), (Tension::Unclipped, true)] {
+            let ratio = Viscosity::Ratio {
+                ratio: 0.2,
+                tension,
+            };
+            let is_hertz = meeting.kind == Kind::Hertz;
+            let of_hertz = is_hertz.then_some(("ratio", "ratio", ratio));
+            let of_all = [
+                ("constant", "constant", Viscosity::dashpot(c_n, tension)),
+                (
+                    "restitution",
+                    "restitution",
+                    Viscosity::restitution(0.5, tension),
+                ),
+            ];
+            for (key, of, viscosity) in of_all.into_iter().chain(of_hertz) {
+                let law = meeting.kind.with_dashpots(meeting.law(1.0, 0.0), viscosity);
+                let [stiffness, _] = meeting.stiffness(&law);
+                let braking = |u: f64| match law.contact.viscosity {
+                    Viscosity::Dashpot { c_n, .. } => c_n,
+                    _ => {
+                        let both = meeting.mass() * meeting.slope(&law, u);
+                        2.0 * law.damping_ratios()[0] * both.sqrt()
+                    }
+                };
+                let spring = |u: f64| stiffness * u.powf(meeting.power());
+                let speed = 2.0 * spring(overlap) / braking(overlap);
+                let left = overlap - speed * DT;
+                let case = meeting.meeting(law.clone(), overlap, [0.0, -speed], vec![0, 1, 2]);
+                let asked = if pulls {
+                    spring(left) / (braking(left) * speed)
+                } else {
+                    1.0
+                };
+                let braked = braking(left) * speed;
+                let how = if pulls {
+                    "that may pull"
+                } else {
+                    "that may not pull"
+                };
+                let name = format!("force of parting bodies, by a {of} {how}");
+                let key = format!("parting-{key}-{}", if pulls { "pulls" } else { "cut" });
+                self.add((&key, &name, ""), case, asked, move |track| {
+                    1.0 + meeting.force(track, 1, DT)[0] / braked
+                });
+            }
+        }
     }
 
     fn friction(&mut self) {
@@ -228,18 +296,121 @@ impl List {
                 (case, asked, Box::new(read))
             },
         );
-        let law = meeting.law(1.0, 0.5f64.atan());
-        let sliding = meeting.meeting(law, overlap, [3.0, 0.0], vec![0, 1, 2, 3]);
-        let angle = angle_of_last(&sliding.model.law);
-        self.add(
-            ("friction", "friction coefficient", ""),
-            sliding,
-            angle.tan(),
-            move |track| {
+        let plain = meeting.law(1.0, 0.5f64.atan());
+        let mut aside = plain.clone();
+        aside.wall_friction_angle = Some(0.3f64.atan());
+        aside.punch_friction_angle = Some(0.7f64.atan());
+        for (key, name, law) in [
+            ("friction", "friction coefficient", plain),
+            (
+                "friction-own",
+                "friction coefficient where walls and punch have their own",
+                aside,
+            ),
+        ] {
+            let body = match meeting.place {
+                Place::Punch => Body::Punch,
+                place if place.is_pair() => Body::Grain,
+                _ => Body::Wall,
+            };
+            let own = law.friction_of_its_own(body);
+            let asked = own.unwrap_or_else(|| angle_of_last(&law)).tan();
+            let sliding = meeting.meeting(law, overlap, [3.0, 0.0], vec![0, 1, 2, 3]);
+            self.add((key, name, ""), sliding, asked, move |track| {
                 let [out, along, across] = meeting.force(track, 2, DT);
                 along.hypot(across) / out.abs()
-            },
+            });
+        }
+    }
+
+    /// Coulomb's limit is that of the whole normal force, and of the whole tangential one.
+    fn damped_friction(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let law = meeting.law(1.0, 0.5f64.atan());
+        let viscosity = match meeting.kind {
+            Kind::Plane => Viscosity::dashpot(1.0, TENSION),
+            Kind::Linear => Viscosity::dashpot(0.05, TENSION),
+            Kind::Hertz => Viscosity::restitution(0.5, TENSION),
+        };
+        let law = meeting.kind.with_dashpots(law, viscosity);
+        let asked = angle_of_last(&law).tan();
+        let case = meeting.meeting(law, overlap, [3.0, SPEED], vec![0, 1, 2, 3]);
+        let named = (
+            "friction-damped",
+            "friction coefficient beside a dashpot",
+            "",
         );
+        self.add(named, case, asked, move |track| {
+            let [out, along, across] = meeting.force(track, 2, DT);
+            along.hypot(across) / out.abs()
+        });
+    }
+
+    /// What the law's own keys choose of slips.
+    fn choices(&mut self) {
+        let (meeting, overlap, unit) = (self.meeting, self.overlap(), self.unit());
+        let ratio = if meeting.kind == Kind::Hertz {
+            1.0
+        } else {
+            0.5
+        };
+        let read = move |track: &Track| {
+            let [one, two] = [1, 2].map(|step| meeting.force(track, step, DT)[1]);
+            let way = meeting.velocity(track, 2)[1] * DT;
+            (one - two) / way / meeting.overlap(track, 2).powf(meeting.power() - 1.0)
+        };
+        let mut at_point = meeting.law(ratio, 1.2);
+        at_point.contact.slip_velocity = SlipVelocity::ContactPoint;
+        let mut blocked = meeting.law(ratio, 1.2);
+        blocked.contact.rotation = Rotation::Blocked;
+        // So long that grains would turn.
+        let speed = 0.5 * overlap / (LONG as f64 * DT);
+        let moments = vec![0, LONG, LONG + 1];
+        let case = meeting.meeting(blocked, overlap, [speed, 0.0], moments);
+        let [_, asked] = meeting.stiffness(&case.model.law);
+        let named = (
+            "k-s-blocked",
+            "tangential stiffness, grains that do not turn",
+            unit,
+        );
+        self.add(named, case, asked, move |track| {
+            let [from, to] = [0, LONG].map(|step| meeting.place_of_last(track, step)[1]);
+            // Slip counts from the velocity before the first step on.
+            let way = to - from + speed * DT;
+            let root = meeting.overlap(track, LONG).powf(meeting.power() - 1.0);
+            -meeting.force(track, LONG, DT)[1] / way / root
+        });
+        let case = meeting.meeting(at_point, overlap, [SPEED, 0.0], vec![0, 1, 2, 3]);
+        let [_, asked] = meeting.stiffness(&case.model.law);
+        let named = (
+            "k-s-point",
+            "tangential stiffness, slip of the contact point",
+            unit,
+        );
+        self.add(named, case, asked, read);
+        for (key, choice, asked) in [
+            ("new-whole", NewContactSlip::WholeStep, 1.0),
+            ("new-touch", NewContactSlip::SinceTouch, 0.5),
+        ] {
+            let mut law = meeting.law(ratio, 1.2);
+            law.contact.new_contact_slip = choice;
+            let mut case = meeting.bounce(law, SPEED, STEPS, vec![0, 1, 2, 3]);
+            let velocity = meeting.in_space([-SPEED, 0.2 * SPEED, 0.0]);
+            let last = meeting.id_of_last();
+            case.bodies.vx[last] = velocity[0];
+            case.bodies.vz[last] = velocity[2];
+            if let Some(vy) = case.bodies.vy.get_mut(last) {
+                *vy = velocity[1];
+            }
+            let dt = case.model.dt;
+            let [_, stiffness] = meeting.stiffness(&case.model.law);
+            let name = format!("share of its first step's slip that a new contact has ({key})");
+            self.add((key, &name, ""), case, asked, move |track| {
+                let way = meeting.velocity(track, 1)[1] * dt;
+                let root = meeting.overlap(track, 1).powf(meeting.power() - 1.0);
+                -meeting.force(track, 1, dt)[1] / (stiffness * root * way)
+            });
+        }
     }
 
     /// Normal collisions.
@@ -317,8 +488,44 @@ impl List {
         });
     }
 
-    /// What the other grain of a pair feels, and by which arm.
+    /// By which arm a tangential force turns the last grain.
+    fn arms(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        // The contact point is on the surface of what is flat and endless.
+        let at_surface = matches!(
+            meeting.place,
+            Place::Wall | Place::Below | Place::Apart | Place::Plane
+        );
+        for (key, name, arms, less) in [
+            (
+                "arm",
+                "arm of the tangential force",
+                TorqueArms::HalfOverlap,
+                0.5,
+            ),
+            (
+                "arm-point",
+                "arm of the tangential force at the contact point",
+                TorqueArms::ContactPoint,
+                if at_surface { 1.0 } else { 0.5 },
+            ),
+        ] {
+            let mut law = meeting.law(0.5, 1.2);
+            law.contact.torque_arms = arms;
+            let case = meeting.meeting(law, overlap, [SPEED, 0.0], vec![0, 1, 2]);
+            let case = meeting.spinning(case, [[0.0; 3]; 2], 1.0);
+            let asked = meeting.last().radius - less * overlap;
+            self.add((key, name, "m"), case, asked, move |track| {
+                meeting.torque(track, 1)[2].abs() / meeting.force(track, 1, DT)[1].abs()
+            });
+        }
+    }
+
+    /// What the other grain of a pair feels.
     fn reactions(&mut self) {
+        if !self.meeting.place.is_pair() {
+            return;
+        }
         let (meeting, overlap) = (self.meeting, self.overlap());
         let mut law = meeting.law(0.5, 1.2);
         if meeting.kind == Kind::Hertz {
@@ -329,23 +536,6 @@ impl List {
             let case = meeting.meeting(law.clone(), overlap, [SPEED, 0.0], vec![0, 1, 2]);
             meeting.spinning(case, [[0.0; 3]; 2], 1.0)
         };
-        // Where the law's torques act at the contact point, that is on the surface of what is flat and endless.
-        let at_surface = matches!(meeting.place, Place::Wall | Place::Plane);
-        let less = if at_surface && meeting.kind == Kind::Hertz {
-            overlap
-        } else {
-            0.5 * overlap
-        };
-        let arm = meeting.last().radius - less;
-        self.add(
-            ("arm", "arm of the tangential force", "m"),
-            dragged(),
-            arm,
-            move |track| meeting.torque(track, 1)[2].abs() / meeting.force(track, 1, DT)[1].abs(),
-        );
-        if !meeting.place.is_pair() {
-            return;
-        }
         self.add_share(("reaction", "force"), dragged(), 1.0, move |id, track| {
             meeting.force_on(id, track, 1, DT)
         });
@@ -469,15 +659,22 @@ impl List {
                 let case = turning(law(ROLLING), spin);
                 let read = move |track: &Track| {
                     let [one, two] = [1, 2].map(|step| meeting.torque(track, step)[component]);
-                    (one - two) / (share * spin[component] * DT)
+                    // What a step adds, and all that two steps have added.
+                    let added = if rate == 1.0 { one - two } else { -0.5 * one };
+                    added / (share * spin[component] * DT)
                 };
                 (case, asked, Box::new(read))
             });
         }
-        // So stiff that the limit is reached at once.
+        // So stiff that the limit is reached at once; linear springs push harder.
+        let times_as_stiff = if meeting.kind == Kind::Hertz {
+            1.0e3
+        } else {
+            1.0e5
+        };
         let limit = 0.05;
         let stiff = Rolling {
-            bending_stiffness: Some(1.0e3 * BENDING),
+            bending_stiffness: Some(times_as_stiff * BENDING),
             limit: Some(limit),
             ..ROLLING
         };
@@ -495,6 +692,22 @@ impl List {
                 (case, limit, Box::new(read))
             },
         );
+        let constant = Rolling {
+            bending_stiffness: None,
+            twisting_stiffness: 0.0,
+            limit: Some(limit),
+        };
+        let case = turning(law(constant), [4.0, 3.0, 0.0]);
+        let named = (
+            "constant-moment",
+            "limit of rolling, as a constant torque",
+            "",
+        );
+        self.add(named, case, limit, move |track| {
+            let [r1, r2] = meeting.radii();
+            let arm = meeting.force(track, 2, DT)[0] * 0.5 * (r1 + r2);
+            meeting.torque(track, 2)[1].abs() / arm
+        });
         if !meeting.place.is_pair() {
             return;
         }

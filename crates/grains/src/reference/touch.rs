@@ -275,12 +275,12 @@ impl Reference {
         }
     }
 
-    /// The overlap below which these bodies do not touch: less than 0 where adhesion holds what has touched.
     /// The overlap at which adhesion lets these bodies go, below 0, m.
     pub fn lets_go_at(&self, ids: (u32, u32)) -> f64 {
         self.pair(ids).least_overlap()
     }
 
+    /// The overlap below which these bodies do not touch: less than 0 where adhesion holds what has touched.
     fn least_overlap(&self, ids: Ids) -> f64 {
         if !self.constants.law.holds() {
             return 0.0;
