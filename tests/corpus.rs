@@ -100,6 +100,8 @@ fn is_named(judgement: &Judgement, cause: &str, factor: Option<f64>) -> bool {
         "inertia" => return times(&["moment of inertia"]),
         "c_n" => return times(&["c_n"]),
         "radius" => return times(&["radius"]),
+        // In the larger bed it is another grain.
+        "mass_one" if said.contains(&format!("(grain {}, grain", GRAINS / 2)) => &["alone)"],
         "mass_one" | "radius_one" => &[alone.as_str()],
         "half-kick-missing" => &["given_velocities = at_start"],
         "half-kick-doubled" => &["the first kick is 1.5 of one"],
