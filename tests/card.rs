@@ -130,10 +130,7 @@ fn faults_of_laws_in_space_are_told() {
             "history_displacement=1",
             "as with spring_memory = displacement (",
         ),
-        (
-            "history_not_turned",
-            "turn of the tangential spring about the normal at two equal grains in space: as with spring_turn = not_turned (",
-        ),
+        ("history_not_turned", ": as with spring_turn = not_turned ("),
         // A component that is left out of slips shows where directions are askew.
         (
             "slip_axis=2",
