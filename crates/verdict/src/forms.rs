@@ -57,12 +57,15 @@ pub fn candidates(case: &Case) -> Vec<Form> {
         forms.push(Form::SlidingKeepsOld);
     }
     if law.rotates() && case.model.alpha != 0.0 {
-        forms.extend([
-            Form::SpinsDampedByOld,
-            Form::SpinsDampedAsVelocities,
-            Form::SpinsDampedAlong,
-        ]);
-        forms.extend(case.bodies.in_space().then_some(Form::SpinsDampedTogether));
+        forms.push(Form::SpinsDampedByOld);
+        // In the plane a spin has one component, along which nothing moves.
+        if case.bodies.in_space() {
+            forms.extend([
+                Form::SpinsDampedTogether,
+                Form::SpinsDampedAsVelocities,
+                Form::SpinsDampedAlong,
+            ]);
+        }
     }
     if let Some(rolling) = law.contact.rolling {
         forms.extend((!rolling.is_constant()).then_some(Form::MomentNotTurned));
