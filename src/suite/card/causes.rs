@@ -480,7 +480,7 @@ impl Readings<'_> {
             let is_number = read.is_finite()
                 && FACTORS
                     .iter()
-                    .all(|(of, _)| (of - read).abs() > 2.0 * TOLERANCE);
+                    .all(|(other, _)| (other - read).abs() > 2.0 * TOLERANCE);
             let mut candidates = Otherwise::all(&case, is_number.then_some(read));
             // What explains readings of walls may be that of other flat bodies.
             for ((one, _), _) in &fit {

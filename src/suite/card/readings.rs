@@ -240,7 +240,7 @@ impl List {
                     Viscosity::restitution(0.5, tension),
                 ),
             ];
-            for (key, of, viscosity) in of_all.into_iter().chain(of_hertz) {
+            for (key, named, viscosity) in of_all.into_iter().chain(of_hertz) {
                 let law = meeting.kind.with_dashpots(meeting.law(1.0, 0.0), viscosity);
                 let [stiffness, _] = meeting.stiffness(&law);
                 let braking = |u: f64| match law.contact.viscosity {
@@ -265,7 +265,7 @@ impl List {
                 } else {
                     "that may not pull"
                 };
-                let name = format!("force of parting bodies, by a {of} {how}");
+                let name = format!("force of parting bodies, by a {named} {how}");
                 let key = format!("parting-{key}-{}", if pulls { "pulls" } else { "cut" });
                 self.add((&key, &name, ""), case, asked, move |track| {
                     1.0 + meeting.force(track, 1, DT)[0] / braked

@@ -22,8 +22,8 @@ type Choosable = (String, Value);
 fn options(kind: Kind) -> Vec<Choosable> {
     let schema = schemars::schema_for!(ContactLaw).to_value();
     let properties = schema["properties"].as_object().into_iter().flatten();
-    let contact = properties.flat_map(|(key, of)| {
-        let values = values(of, &schema).into_iter();
+    let contact = properties.flat_map(|(key, part)| {
+        let values = values(part, &schema).into_iter();
         values.map(move |value| (key.clone(), value))
     });
     // Kinds are of different springs.
@@ -38,25 +38,25 @@ fn options(kind: Kind) -> Vec<Choosable> {
 }
 
 /// What a part of a schema allows, with a number for all numbers and with and without what may be left out.
-fn values(of: &Value, schema: &Value) -> Vec<Value> {
-    if let Some(name) = of["$ref"].as_str() {
+fn values(part: &Value, schema: &Value) -> Vec<Value> {
+    if let Some(name) = part["$ref"].as_str() {
         let place = name.trim_start_matches('#');
         return values(schema.pointer(place).unwrap_or(&Value::Null), schema);
     }
-    let alternatives = ["oneOf", "anyOf", "allOf"].map(|key| of[key].as_array());
+    let alternatives = ["oneOf", "anyOf", "allOf"].map(|key| part[key].as_array());
     if let Some(all) = alternatives.into_iter().flatten().next() {
         return all.iter().flat_map(|one| values(one, schema)).collect();
     }
-    if let Some(one) = of.get("const") {
+    if let Some(one) = part.get("const") {
         return vec![one.clone()];
     }
-    if let Some(all) = of["enum"].as_array() {
+    if let Some(all) = part["enum"].as_array() {
         return all.clone();
     }
-    let Some(properties) = of["properties"].as_object() else {
+    let Some(properties) = part["properties"].as_object() else {
         return vec![json!(0.5)];
     };
-    let required = of["required"].as_array().cloned().unwrap_or_default();
+    let required = part["required"].as_array().cloned().unwrap_or_default();
     let mut all = vec![json!({})];
     for (key, inner) in properties {
         let mut next = Vec::new();
@@ -373,15 +373,15 @@ pub fn unread(asked: &[&Quantity], engine: &Description, under: Variant) -> Vec<
         }
     }
     let everywhere = kinds.len();
-    let tell = |(what, of): (String, BTreeSet<usize>)| {
-        let names = of.iter().map(|kind| {
+    let tell = |(what, kinds): (String, BTreeSet<usize>)| {
+        let names = kinds.iter().map(|kind| {
             [
                 "in the plane",
                 "by linear springs in space",
                 "by Hertz's springs",
             ][*kind]
         });
-        match of.len() == everywhere {
+        match kinds.len() == everywhere {
             true => what,
             false => format!("{what} ({})", names.collect::<Vec<_>>().join(", ")),
         }

@@ -321,7 +321,7 @@ impl<'a> Follower<'a> {
                 .filter(|_| parts.first == Body::Punch)
                 .map_or(0.0, |punch| punch.velocity);
             let first = was.map_or([parts.k_s, parts.c_n], |was| was.first);
-            let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
+            let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
             let grown = share(parts.c_n - first[1], parts.c_n);
             let acts = told_braking(&parts, (tangential, turned), rules.tangential_dashpot);
             let whole = if acts == NONE {
