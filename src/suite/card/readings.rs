@@ -332,9 +332,13 @@ impl List {
             Kind::Linear => Viscosity::dashpot(0.05, TENSION),
             Kind::Hertz => Viscosity::restitution(0.5, TENSION),
         };
-        let law = meeting.kind.with_dashpots(law, viscosity);
+        let mut law = meeting.kind.with_dashpots(law, viscosity);
+        if meeting.kind == Kind::Hertz {
+            // A dashpot along the tangent would brake what sticks.
+            law.contact.tangential_viscosity = Some(1.0);
+        }
         let asked = angle_of_last(&law).tan();
-        let case = meeting.meeting(law, overlap, [3.0, SPEED], vec![0, 1, 2, 3]);
+        let case = meeting.meeting(law, overlap, [9.0, 0.2 * SPEED], vec![0, 1, 2, 3]);
         let named = (
             "friction-damped",
             "friction coefficient beside a dashpot",
@@ -363,9 +367,10 @@ impl List {
         at_point.contact.slip_velocity = SlipVelocity::ContactPoint;
         let mut blocked = meeting.law(ratio, 1.2);
         blocked.contact.rotation = Rotation::Blocked;
-        // So long that grains would turn.
-        let speed = 0.5 * overlap / (LONG as f64 * DT);
-        let moments = vec![0, LONG, LONG + 1];
+        // So long that grains would turn, and light ones do not part.
+        let long = LONG / 2;
+        let speed = 0.5 * overlap / (long as f64 * DT);
+        let moments = vec![0, long, long + 1];
         let case = meeting.meeting(blocked, overlap, [speed, 0.0], moments);
         let [_, asked] = meeting.stiffness(&case.model.law);
         let named = (
@@ -374,11 +379,11 @@ impl List {
             unit,
         );
         self.add(named, case, asked, move |track| {
-            let [from, to] = [0, LONG].map(|step| meeting.place_of_last(track, step)[1]);
+            let [from, to] = [0, long].map(|step| meeting.place_of_last(track, step)[1]);
             // Slip counts from the velocity before the first step on.
             let way = to - from + speed * DT;
-            let root = meeting.overlap(track, LONG).powf(meeting.power() - 1.0);
-            -meeting.force(track, LONG, DT)[1] / way / root
+            let root = meeting.overlap(track, long).powf(meeting.power() - 1.0);
+            -meeting.force(track, long, DT)[1] / way / root
         });
         let case = meeting.meeting(at_point, overlap, [SPEED, 0.0], vec![0, 1, 2, 3]);
         let [_, asked] = meeting.stiffness(&case.model.law);
@@ -549,7 +554,9 @@ impl List {
     /// What a tangential spring keeps while the load grows and falls.
     fn loads(&mut self) {
         let (meeting, overlap) = (self.meeting, self.overlap());
-        let way = 0.5 * SPEED * LONG as f64 * DT;
+        // So short that a light grain keeps its speed.
+        let long = LONG / 2;
+        let way = 0.5 * SPEED * long as f64 * DT;
         let more = overlap + way;
         for (key, how, begin, end) in [
             ("load-up", "growing", overlap, more),
@@ -558,13 +565,13 @@ impl List {
             let name = format!("tangential force kept under a {how} load");
             let law = meeting.law(1.0, 1.2);
             let inward = 0.5 * SPEED * (end - begin).signum();
-            let case = meeting.meeting(law, begin, [0.2 * SPEED, inward], vec![0, LONG, LONG + 1]);
+            let case = meeting.meeting(law, begin, [0.2 * SPEED, inward], vec![0, long, long + 1]);
             let [_, stiffness] = meeting.stiffness(&case.model.law);
             let mean = 2.0 / 3.0 * (end.powf(1.5) - begin.powf(1.5)) / (end - begin);
             self.add((key, &name, ""), case, mean / end.sqrt(), move |track| {
-                let slip = 0.2 * SPEED * (LONG + 1) as f64 * DT;
-                let spring = stiffness * meeting.overlap(track, LONG).sqrt() * slip;
-                -meeting.force(track, LONG, DT)[1] / spring
+                let slip = 0.2 * SPEED * (long + 1) as f64 * DT;
+                let spring = stiffness * meeting.overlap(track, long).sqrt() * slip;
+                -meeting.force(track, long, DT)[1] / spring
             });
         }
     }
@@ -613,7 +620,11 @@ impl List {
             let case = meeting.meeting(law, overlap, [3.0, 0.0], vec![0, 1, 2, 3, 4]);
             self.add((key, &name, ""), case, asked, move |track| {
                 let [out, along, across] = meeting.force(track, 3, DT);
-                along.hypot(across) / (out + pull)
+                let pressing = match adhesion_law {
+                    AdhesionLaw::Pull => out.abs(),
+                    AdhesionLaw::Dmt | AdhesionLaw::Jkr => out,
+                };
+                along.hypot(across) / (pressing + pull)
             });
         }
         // Parts from a fifth of the overlap on; the largest pull.
