@@ -317,7 +317,8 @@ impl Otherwise {
                 let Some([k_n, k_s, pull, c_n, c_s]) = factors else {
                     return Vec::new();
                 };
-                let constants = names.map(|name| of_name(name).expect("a constant"));
+                let constants = names
+                    .map(|name| of_name(name).expect("these are names of faults or constants"));
                 let factors = [k_n, k_s, pull, c_n, c_s];
                 constants.into_iter().zip(factors).collect()
             }
