@@ -94,7 +94,7 @@ fn faults_of_laws_in_space_are_told() {
     let told = [
         (
             "moment_of_spin=1",
-            "limit of rolling at two equal grains in space: 3.6787 times what is right (",
+            "limit of rolling at two equal grains in space: as if multiplied by the spin to the power 1 (",
         ),
         (
             "moment_of_spin=2",
@@ -109,10 +109,13 @@ fn faults_of_laws_in_space_are_told() {
             "rolling=4",
             "bending stiffness at wall in space: as with moments_at_walls = none (",
         ),
-        // Of the spins' sum, which are as 1 and −4.
         (
-            "rolling=5",
-            "bending stiffness at two equal grains in space: as with bending stiffness × 0.6 (",
+            "rolling_cap=3",
+            "limit of rolling, beside a dashpot at two equal grains in space: as with moment_limit = spring (",
+        ),
+        (
+            "jkr=2",
+            "force before bodies touch, by Johnson, Kendall and Roberts at two equal grains in space: 0.10835 times what is right (",
         ),
         (
             "museum=1",
@@ -157,6 +160,10 @@ fn formulas_that_are_taken_for_the_models_are_told() {
         ("effective_radius=2", "as with R* = 2 R₁R₂/(R₁ + R₂) ("),
         ("effective_mass=3", "as with the mass in the dashpots m₂ ("),
         (
+            "rolling_radius=1",
+            "as with the radius in the limit of rolling R₁R₂/(R₁ + R₂) (",
+        ),
+        (
             "restitution_formula=2",
             "as with the damping ratio −ln e/π (",
         ),
@@ -186,6 +193,8 @@ fn no_cause_is_told_that_another_reading_speaks_against() {
         ("spheres.c", "effective_modulus=3", "keeps its force"),
         // The moments are forgotten in each step, and their springs are right.
         ("spheres.c", "rolling_kept=2", "as with"),
+        // Of the spins' sum.
+        ("spheres.c", "rolling=5", "bending stiffness ×"),
         // A law of its own.
         ("engine.c", "law_nonlinear=100", "as with"),
         ("spheres.c", "hertz_exponent=1.02", "as with"),

@@ -50,6 +50,8 @@ enum Formula {
     Ratio(&'static str, fn(f64) -> f64),
     /// Dashpots of a restitution or a ratio, over what they are to be.
     Dashpot(&'static str, f64),
+    /// The radius in the limit of rolling.
+    Limit(&'static str, fn([f64; 2]) -> f64),
 }
 
 fn in_series([one, two]: [f64; 2]) -> f64 {
@@ -89,7 +91,7 @@ fn with_radius(solids: [Solid; 2], radii: [f64; 2], radius: f64) -> Effective {
     [whole, shear, radius]
 }
 
-const FORMULAS: [Formula; 22] = [
+const FORMULAS: [Formula; 26] = [
     Formula::Hertz("1/E* = 1/E₁ + 1/E₂, without ν", |s, r| {
         with_modulus(s, r, |_| 1.0)
     }),
@@ -139,6 +141,10 @@ const FORMULAS: [Formula; 22] = [
     Formula::Ratio("−ln e/π", |e| -e.ln() / PI),
     Formula::Ratio("−ln e/√(π² + ln² e)", |e| -e.ln() / PI.hypot(e.ln())),
     Formula::Ratio("1 − e", |e| 1.0 - e),
+    Formula::Limit("R₁R₂/(R₁ + R₂)", in_series),
+    Formula::Limit("R₁ + R₂", |[a, b]| a + b),
+    Formula::Limit("R₁", |[a, _]| a),
+    Formula::Limit("R₂", |[_, b]| b),
 ];
 
 impl Formula {
@@ -148,11 +154,12 @@ impl Formula {
             Formula::Mass(name, _) => format!("the mass in the dashpots {name}"),
             Formula::Ratio(name, _) => format!("the damping ratio {name}"),
             Formula::Dashpot(name, _) => format!("dashpots of {name}"),
+            Formula::Limit(name, _) => format!("the radius in the limit of rolling {name}"),
         }
     }
 
-    /// What k_n, k_s, the pull of adhesion, c_n and c_s are multiplied by.
-    fn factors(self, meeting: Meeting, law: &Law) -> Option<[f64; 5]> {
+    /// What k_n, k_s, the pull of adhesion, c_n, c_s and η are multiplied by.
+    fn factors(self, meeting: Meeting, law: &Law) -> Option<[f64; 6]> {
         let (solids, radii) = (meeting.solids(law), meeting.radii());
         let is_hertz = meeting.kind == Kind::Hertz;
         let of_ratio = !matches!(
@@ -167,7 +174,7 @@ impl Formula {
                     [other / whole, along / shear, r / radius]
                 };
                 let root = radius.sqrt();
-                Some([whole * root, shear * root, radius, 1.0, 1.0])
+                Some([whole * root, shear * root, radius, 1.0, 1.0, 1.0])
             }
             Formula::Linear(_, formula) if !is_hertz => {
                 let over = |factors: [f64; 2]| formula(factors) / (2.0 * in_series(factors));
@@ -176,7 +183,7 @@ impl Formula {
                     one * solids[0].stiffness_ratio,
                     two * solids[1].stiffness_ratio,
                 ];
-                Some([over([one, two]), over([c, d]), 1.0, 1.0, 1.0])
+                Some([over([one, two]), over([c, d]), 1.0, 1.0, 1.0, 1.0])
             }
             Formula::Mass(_, formula) if of_ratio => {
                 // What is flat may count as a grain of the same mass.
@@ -185,9 +192,9 @@ impl Formula {
                     masses[0] = meeting.first().mass;
                 }
                 let root = (formula(masses) / meeting.mass()).sqrt();
-                Some([1.0, 1.0, 1.0, root, root])
+                Some([1.0, 1.0, 1.0, root, root, 1.0])
             }
-            Formula::Dashpot(_, factor) if of_ratio => Some([1.0, 1.0, 1.0, factor, factor]),
+            Formula::Dashpot(_, factor) if of_ratio => Some([1.0, 1.0, 1.0, factor, factor, 1.0]),
             Formula::Ratio(_, formula) => {
                 let Viscosity::Restitution { e_n, .. } = law.contact.viscosity else {
                     return None;
@@ -195,7 +202,11 @@ impl Formula {
                 let ratio = |e: f64, is: f64| if is == 0.0 { 1.0 } else { formula(e) / is };
                 let [normal, along] = law.damping_ratios();
                 let e_s = law.contact.tangential_viscosity.unwrap_or(e_n);
-                Some([1.0, 1.0, 1.0, ratio(e_n, normal), ratio(e_s, along)])
+                Some([1.0, 1.0, 1.0, ratio(e_n, normal), ratio(e_s, along), 1.0])
+            }
+            Formula::Limit(_, formula) if law.contact.rolling.is_some() => {
+                let radius = formula(radii) / (0.5 * (radii[0] + radii[1]));
+                Some([1.0, 1.0, 1.0, 1.0, 1.0, radius])
             }
             _ => None,
         }
@@ -309,17 +320,14 @@ impl Otherwise {
                     "adhesion",
                     "c_n",
                     "tangential-dashpot",
+                    "rolling-limit",
                 ];
-                let of_name = |name: &str| {
+                let constants = names.map(|name| {
                     let mut all = Constant::faults().chain(Constant::all());
                     all.find(|constant| constant.to_string() == name)
-                };
-                let Some([k_n, k_s, pull, c_n, c_s]) = factors else {
-                    return Vec::new();
-                };
-                let constants = names
-                    .map(|name| of_name(name).expect("these are names of faults or constants"));
-                let factors = [k_n, k_s, pull, c_n, c_s];
+                        .expect("these are names of faults or constants")
+                });
+                let factors = factors.into_iter().flatten();
                 constants.into_iter().zip(factors).collect()
             }
         }
@@ -729,9 +737,10 @@ fn powers(readings: &Readings<'_>, unexplained: &[usize]) -> Vec<(usize, String)
             all.filter(|other| is_same(readings.all[*other].1) == same)
                 .collect()
         });
-        let everywhere = same
+        let mut of_rates = same
             .iter()
-            .all(|other| power(*other) == Some((what, whole)));
+            .filter(|other| readings.all[**other].1.about.rate.is_some());
+        let everywhere = of_rates.all(|other| power(*other) == Some((what, whole)));
         if everywhere && !readings.is_in_doubt(*at, &others, true) {
             let power = rounded(whole, 2);
             told.push((

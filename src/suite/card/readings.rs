@@ -20,6 +20,8 @@ use grains::vector::{dot, hypot, minus, times};
 const STEPS_OF_BOUNCE: u64 = 1000;
 /// N·m/rad.
 const BENDING: f64 = 2.0e-3;
+/// Between bodies that do not touch yet, m.
+const NEARLY: f64 = 1.0e-8;
 const ROLLING: Rolling = Rolling {
     bending_stiffness: Some(BENDING),
     twisting_stiffness: 1.0e-3,
@@ -65,6 +67,15 @@ struct List {
 fn angle_of_last(law: &Law) -> f64 {
     let other = law.materials.first();
     other.map_or(law.friction_angle, |solid| solid.friction_angle)
+}
+
+/// One that presses by a share of what the spring does.
+fn weak_dashpot(kind: Kind) -> Viscosity {
+    match kind {
+        Kind::Plane => Viscosity::dashpot(1.0, TENSION),
+        Kind::Linear => Viscosity::dashpot(0.05, TENSION),
+        Kind::Hertz => Viscosity::restitution(0.5, TENSION),
+    }
 }
 
 impl List {
@@ -327,12 +338,7 @@ impl List {
     fn damped_friction(&mut self) {
         let (meeting, overlap) = (self.meeting, self.overlap());
         let law = meeting.law(1.0, 0.5f64.atan());
-        let viscosity = match meeting.kind {
-            Kind::Plane => Viscosity::dashpot(1.0, TENSION),
-            Kind::Linear => Viscosity::dashpot(0.05, TENSION),
-            Kind::Hertz => Viscosity::restitution(0.5, TENSION),
-        };
-        let mut law = meeting.kind.with_dashpots(law, viscosity);
+        let mut law = meeting.kind.with_dashpots(law, weak_dashpot(meeting.kind));
         if meeting.kind == Kind::Hertz {
             // A dashpot along the tangent would brake what sticks.
             law.contact.tangential_viscosity = Some(1.0);
@@ -639,6 +645,11 @@ impl List {
             let forces = (1..LONG - 1).map(|step| meeting.force(track, step, DT)[0]);
             -forces.fold(f64::INFINITY, f64::min) / (3.0 * PI * radius)
         });
+        let apart = meeting.meeting(sticky(AdhesionLaw::Jkr, 0.0), -NEARLY, [0.0; 2], vec![0, 1, 2]);
+        let name = format!("force before bodies touch, {BY_JKR}");
+        self.add(("jkr-before", &name, ""), apart, 1.0, move |track| {
+            1.0 + meeting.force(track, 1, DT)[0] / (3.0 * PI * radius * energy)
+        });
     }
 
     /// Against rolling and twisting; friction is as small as it can be, so that torques are theirs.
@@ -649,12 +660,11 @@ impl List {
             law.contact.rolling = Some(rolling);
             law
         };
-        let turning = move |law: Law, spin: Local| {
-            let case = meeting.meeting(law, overlap, [0.0; 2], vec![0, 1, 2, 3]);
-            // What counts is the difference of the spins, not their sum.
-            meeting.spinning(case, [spin.map(|part| -0.25 * part), spin], 1.0)
+        // What counts is the difference of the spins, not their sum; the first one turns the other way, by this share.
+        let turning = move |law: Law, inward: f64, spin: Local, first: f64| {
+            let case = meeting.meeting(law, overlap, [0.0, inward], vec![0, 1, 2, 3]);
+            meeting.spinning(case, [spin.map(|part| -first * part), spin], 1.0)
         };
-        let share = if meeting.place.is_pair() { 1.25 } else { 1.0 };
         for (key, name, component, asked) in [
             ("bending", "bending stiffness", 1, BENDING),
             (
@@ -665,14 +675,17 @@ impl List {
             ),
         ] {
             self.add_at_rates((key, name, "N m"), ("spin", "fast"), |rate| {
+                let first = if rate == 1.0 { 0.25 } else { 0.5 };
+                let of_first = if meeting.place.is_pair() { first } else { 0.0 };
+                let difference = 3.0 * rate;
                 let mut spin = [0.0; 3];
-                spin[component] = 3.0 * rate;
-                let case = turning(law(ROLLING), spin);
+                spin[component] = difference / (1.0 + of_first);
+                let case = turning(law(ROLLING), 0.0, spin, first);
                 let read = move |track: &Track| {
                     let [one, two] = [1, 2].map(|step| meeting.torque(track, step)[component]);
                     // What a step adds, and all that two steps have added.
                     let added = if rate == 1.0 { one - two } else { -0.5 * one };
-                    added / (share * spin[component] * DT)
+                    added / (difference * DT)
                 };
                 (case, asked, Box::new(read))
             });
@@ -689,40 +702,44 @@ impl List {
             limit: Some(limit),
             ..ROLLING
         };
+        let over_force = move |track: &Track, torque: f64| {
+            let [r1, r2] = meeting.radii();
+            torque / (meeting.force(track, 2, DT)[0] * 0.5 * (r1 + r2))
+        };
+        let of_both = move |track: &Track| {
+            let [_, along, across] = meeting.torque(track, 2);
+            over_force(track, along.hypot(across))
+        };
         self.add_at_rates(
             ("limit", "limit of rolling", ""),
             ("spin", "fast"),
             |rate| {
-                let case = turning(law(stiff), [0.0, 3.0 * rate, 0.0]);
-                let read = move |track: &Track| {
-                    let [r1, r2] = meeting.radii();
-                    let [_, along, across] = meeting.torque(track, 2);
-                    let arm = meeting.force(track, 2, DT)[0] * 0.5 * (r1 + r2);
-                    along.hypot(across) / arm
-                };
-                (case, limit, Box::new(read))
+                let case = turning(law(stiff), 0.0, [0.0, 3.0 * rate, 0.0], 0.25);
+                (case, limit, Box::new(of_both))
             },
         );
+        let damped = meeting.kind.with_dashpots(law(stiff), weak_dashpot(meeting.kind));
+        let case = turning(damped, 0.2 * SPEED, [0.0, 3.0, 0.0], 0.25);
+        let named = ("limit-damped", "limit of rolling, beside a dashpot", "");
+        self.add(named, case, limit, of_both);
         let constant = Rolling {
             bending_stiffness: None,
             twisting_stiffness: 0.0,
             limit: Some(limit),
         };
-        let case = turning(law(constant), [4.0, 3.0, 0.0]);
+        let case = turning(law(constant), 0.0, [4.0, 3.0, 0.0], 0.25);
         let named = (
             "constant-moment",
             "limit of rolling, as a constant torque",
             "",
         );
         self.add(named, case, limit, move |track| {
-            let [r1, r2] = meeting.radii();
-            let arm = meeting.force(track, 2, DT)[0] * 0.5 * (r1 + r2);
-            meeting.torque(track, 2)[1].abs() / arm
+            over_force(track, meeting.torque(track, 2)[1].abs())
         });
         if !meeting.place.is_pair() {
             return;
         }
-        let case = turning(law(ROLLING), [1.0, 2.0, 0.0]);
+        let case = turning(law(ROLLING), 0.0, [1.0, 2.0, 0.0], 0.25);
         self.add_share(("moments", "moment"), case, 1.0, move |id, track| {
             meeting.torque_on(id, track, 2)
         });
