@@ -65,8 +65,14 @@ fn followed(
     work: &Path,
     progress: &mut dyn FnMut(Stage, u64, f64),
 ) -> Result<Made, EngineError> {
+    // The native engine would go on from itself, or from a fault that was asked for.
+    let asked = match engine.native() {
+        Some(_) => scene.clone(),
+        None => continued::asked_densely(scene),
+    };
     let mut recorder = Recorder {
         scene,
+        between: None,
         history: Vec::new(),
         trace: Vec::new(),
         progress,
@@ -75,10 +81,10 @@ fn followed(
             Until::EndOfSettling | Until::EndOfLoading => None,
         },
         interrupted: None,
-        // The native engine would go on from itself, or from a fault that was asked for.
-        continuing: (engine.native().is_none()).then(|| Continuing::new(scene, engine.rules())),
+        continuing: (engine.native().is_none()).then(|| Continuing::new(&asked, engine.rules())),
     };
-    let run = engine.run(scene, task, work, &mut recorder);
+    let run = engine.run(&asked, task, work, &mut recorder);
+    recorder.end_of_stage();
     let run = match (run, recorder.interrupted, engine.native()) {
         (Err(_), Some(outcome), Some(options)) => Run {
             outcome,
@@ -197,6 +203,8 @@ impl Made {
 
 struct Recorder<'a> {
     scene: &'a Scene,
+    /// A moment that the scene does not ask for, unless its stage ends with it.
+    between: Option<Snapshot>,
     history: Vec<HistoryRow>,
     trace: Vec<TraceRow>,
     progress: &'a mut dyn FnMut(Stage, u64, f64),
@@ -205,13 +213,16 @@ struct Recorder<'a> {
     continuing: Option<Continuing>,
 }
 
-impl Observer for Recorder<'_> {
-    fn snapshot(&mut self, snapshot: &Snapshot) {
-        let row = measure::history_row(self.scene, snapshot);
-        self.continuing
-            .iter_mut()
-            .for_each(|continuing| continuing.moment(snapshot));
-        self.history.push(row);
+impl Recorder<'_> {
+    fn end_of_stage(&mut self) {
+        if let Some(last) = self.between.take() {
+            self.record(&last);
+        }
+    }
+
+    fn record(&mut self, snapshot: &Snapshot) {
+        self.history
+            .push(measure::history_row(self.scene, snapshot));
         let bodies = &snapshot.bodies;
         for id in (0..bodies.len()).step_by((bodies.len() / MARKED).max(1)) {
             self.trace.push(TraceRow {
@@ -221,6 +232,27 @@ impl Observer for Recorder<'_> {
                 x: bodies.x[id],
                 z: bodies.z[id],
             });
+        }
+    }
+}
+
+impl Observer for Recorder<'_> {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        let before = self.between.as_ref().map(|moment| moment.stage);
+        if before.is_some_and(|stage| stage != snapshot.stage) {
+            self.end_of_stage();
+        }
+        self.continuing
+            .iter_mut()
+            .for_each(|continuing| continuing.moment(snapshot));
+        let last = self.history.last();
+        let is_first = last.is_none_or(|row| row.stage != snapshot.stage);
+        let every = self.scene.measurement.history_every;
+        if is_first || snapshot.step.is_multiple_of(every) {
+            self.between = None;
+            self.record(snapshot);
+        } else {
+            self.between = Some(snapshot.clone());
         }
     }
 

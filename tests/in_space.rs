@@ -157,15 +157,13 @@ fn runs_in_space_agree_by_their_bits_contacts_across_included() {
     ends(folder, 1, &"compare a c --quiet".words());
 }
 
-/// Judged by an engine that was written from the documents: what contacts remember is taken from their tables, and where it is lost late in
-/// the run no first steps show it.
+/// Judged by an engine that was written from the documents: what contacts remember is taken from their tables. What is wrong late in the
+/// run, or in one step between the scene's moments, no first steps show.
 #[test]
 fn runs_of_spheres_with_friction_and_dashpots_are_followed() {
     let folder = &folder_in_space();
     let path = folder.join("scene.json");
     let mut scene = json_of(&path);
-    scene["measurement"]["history_every"] = 100.into();
-    fs::write(&path, scene.to_string()).expect("writable");
     let mut compile = Command::new("cc");
     compile
         .args(["-std=gnu11", "-O2"])
@@ -177,12 +175,18 @@ fn runs_of_spheres_with_friction_and_dashpots_are_followed() {
     ends(folder, 0, &run.words());
     for (name, fault, code, found) in [
         ("right", "", 0, "stretches-b"),
-        ("forgets", "history_reset", 1, "from step 0 to 100"),
+        ("forgets", "history_reset", 1, "from step 0 to 50"),
         (
             "forgets-late",
             "history_late=3000",
             1,
-            "from step 3000 to 3100",
+            "from step 3000 to 3050",
+        ),
+        (
+            "pushed-once",
+            "pushed_at=4321",
+            1,
+            "from step 4300 to 4350",
         ),
     ] {
         let script = format!(

@@ -9,7 +9,7 @@ use grains::scene::Scene;
 use grains::tables::{Snapshot, Stage};
 use grains::task::Until;
 use serde::{Deserialize, Serialize};
-use verdict::envelope::{FACTOR, Resolution};
+use verdict::envelope::{FACTOR, REPLICAS, Resolution};
 use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
 use verdict::judge::OfStart;
 
@@ -59,10 +59,28 @@ const MOST_BETWEEN: u64 = 10_000;
 const STEEP: f64 = 1.2;
 /// A rule that is missed by this share of its energy is not missed by rounding.
 const SETTLED_FOR_SURE: f64 = 1.0e-3;
-/// So many grains times steps native goes on for without a gap.
-const FOLLOWED: u64 = 20_000_000;
+/// So many grains times steps native goes on for without a gap, in all its runs.
+const FOLLOWED: u64 = 400_000_000;
 /// Larger beds would cost too much memory.
 const LARGEST: usize = 100_000;
+
+/// Moments of small beds are so near to each other that rounding grows little between them.
+const NEAR: [u64; 2] = [10, 50];
+/// More grains would write too much.
+const SMALL: u32 = 500;
+
+/// The scene as an engine is asked for it, with moments between its own if it is small.
+pub fn asked_densely(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    let every = scene.measurement.history_every;
+    let divides = |near: &u64| every.is_multiple_of(*near);
+    if scene.particles.count <= SMALL
+        && let Some(near) = (NEAR[0]..=NEAR[1]).rev().find(divides)
+    {
+        scene.measurement.history_every = near;
+    }
+    scene
+}
 
 /// Watches a run.
 pub struct Continuing {
@@ -77,7 +95,7 @@ pub struct Continuing {
     /// Step and kinetic energy, J, of told moments at which the rule of settling looks.
     told: Vec<(u64, f64)>,
     pub found: Vec<Continued>,
-    /// Grains times steps that native went on for.
+    /// Grains times steps that native went on for, in all its runs.
     followed: u64,
 }
 
@@ -243,7 +261,7 @@ impl Continuing {
             return;
         };
         let (stage, from, to) = (first.stage, first.step, last.step);
-        self.followed += to.saturating_sub(from) * first.bodies.len() as u64;
+        let work = to.saturating_sub(from) * first.bodies.len() as u64;
         let speed = |snapshot: &Snapshot| snapshot.punch.map(|punch| punch.velocity);
         let stops = stage == Stage::Load && speed(first) != speed(last);
         let Ok(mut excerpt) = Excerpt::of_moments(&self.scene, first, to) else {
@@ -253,6 +271,19 @@ impl Continuing {
         if stops {
             excerpt.task.until = Until::EndOfLoading;
         }
+        self.followed += work;
+        // However far rounding would take grains, there is none.
+        if excerpt.has_bits(&moments) {
+            return self.found_more(Continued {
+                stage,
+                from,
+                to,
+                ratio: 0.0,
+                in_single: None,
+                found: "every bit is native's".to_owned(),
+            });
+        }
+        self.followed += REPLICAS * work;
         let judge = |resolution: Resolution| excerpt.judge(Ok(moments.clone()), resolution).ok();
         let ratio = |state: &OfStart| {
             let far = state.farthest.as_ref();
@@ -284,10 +315,14 @@ impl Continuing {
             in_single: single.as_ref().map(ratio),
             found: double.skipped.clone().unwrap_or(double.in_words()),
         };
-        // Those that follow each other are one, as long as both are rounding.
+        self.found_more(stretch);
+    }
+
+    /// Those that follow each other are one, as long as both are rounding.
+    fn found_more(&mut self, stretch: Continued) {
         match self.found.last_mut() {
             Some(before) if before.goes_on_in(&stretch) => {
-                before.to = to;
+                before.to = stretch.to;
                 if stretch.ratio > before.ratio {
                     (before.ratio, before.found) = (stretch.ratio, stretch.found);
                 }

@@ -95,6 +95,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
                            /* 5: of the whole velocity; 6: in the first step alone */                                 \
     X(history_reset)                                                                                                   \
     X(history_late)        /* reset after so many steps: no first steps show it */                                     \
+    X(pushed_at)           /* the first grain is pushed in this step, at no other */                                   \
     X(history_not_turned) X(history_turned_back)                                                      \
     X(history_turned_late) /* after the slip is added */                                                               \
     X(history_twist)       /* about the normal, 1: not; 2: back; 3: twice; 4: by the first spin alone */                \
@@ -1000,6 +1001,7 @@ static void move_punch(void) { punch.x[Z] += punch.velocity * dt; }
 static void step_once(void)
 {
     steps_made++;
+    if (fault.pushed_at && steps_made == fault.pushed_at) grains[0].v[0] += (local)0.1 * TIME / LENGTH;
     if (!fault.punch_late) move_punch();
     const real kick = first_step ? dt * (real)fault.first_kick : dt;
     for (int id = 0; id < count; id++) {

@@ -16,7 +16,7 @@ use grains::vector::{Vector, hypot, minus, plus, times};
 use crate::Answer;
 use crate::contacts::OUT_OF_TANGENT;
 use crate::envelope::{self, Envelope, Resolution};
-use crate::judge::{NotAsked, OTHER_MOMENTS, OfStart, Verdict, verdict};
+use crate::judge::{NotAsked, OTHER_MOMENTS, OfStart, Verdict, have_same_bits, verdict};
 
 /// A few hundred steps of a scene's run, that an engine is asked for as it is for the whole: with its stages, its punch and
 /// its count of steps, none of which a case has.
@@ -276,6 +276,12 @@ impl Excerpt {
         excerpt.task.until = Until::EndOfSettling;
         excerpt.scene.settle.kinetic_energy_fraction = 0.5;
         excerpt
+    }
+
+    /// Whether the native engine makes these moments, to the last bit.
+    pub fn has_bits(&self, moments: &[Snapshot]) -> bool {
+        self.native(None)
+            .is_ok_and(|own| have_same_bits(moments, &own))
     }
 
     /// Its moments as the native engine makes them.

@@ -291,16 +291,20 @@ const SAME_MOMENT: f64 = 1.0e-9;
 
 pub const OTHER_MOMENTS: &str = "it wrote other moments than were asked for";
 
+/// By their digests: == takes −0 for 0.
+pub(crate) fn have_same_bits(theirs: &[Snapshot], own: &[Snapshot]) -> bool {
+    let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
+    theirs.len() == own.len() && theirs.iter().zip(own).all(same)
+}
+
 pub(crate) fn verdict(
     farthest: &Option<Farthest>,
     theirs: &[Snapshot],
     own: &[Snapshot],
 ) -> Verdict {
-    // By their bits: == takes −0 for 0.
-    let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
     match farthest {
         None => Verdict::Different,
-        Some(_) if theirs.iter().zip(own).all(same) => Verdict::Identical,
+        Some(_) if have_same_bits(theirs, own) => Verdict::Identical,
         Some(far) if far.is_rounding() => Verdict::EqualToRounding,
         Some(_) => Verdict::Different,
     }

@@ -645,7 +645,12 @@ impl List {
             let forces = (1..LONG - 1).map(|step| meeting.force(track, step, DT)[0]);
             -forces.fold(f64::INFINITY, f64::min) / (3.0 * PI * radius)
         });
-        let apart = meeting.meeting(sticky(AdhesionLaw::Jkr, 0.0), -NEARLY, [0.0; 2], vec![0, 1, 2]);
+        let apart = meeting.meeting(
+            sticky(AdhesionLaw::Jkr, 0.0),
+            -NEARLY,
+            [0.0; 2],
+            vec![0, 1, 2],
+        );
         let name = format!("force before bodies touch, {BY_JKR}");
         self.add(("jkr-before", &name, ""), apart, 1.0, move |track| {
             1.0 + meeting.force(track, 1, DT)[0] / (3.0 * PI * radius * energy)
@@ -718,7 +723,9 @@ impl List {
                 (case, limit, Box::new(of_both))
             },
         );
-        let damped = meeting.kind.with_dashpots(law(stiff), weak_dashpot(meeting.kind));
+        let damped = meeting
+            .kind
+            .with_dashpots(law(stiff), weak_dashpot(meeting.kind));
         let case = turning(damped, 0.2 * SPEED, [0.0, 3.0, 0.0], 0.25);
         let named = ("limit-damped", "limit of rolling, beside a dashpot", "");
         self.add(named, case, limit, of_both);
