@@ -182,12 +182,7 @@ fn runs_of_spheres_with_friction_and_dashpots_are_followed() {
             1,
             "from step 3000 to 3050",
         ),
-        (
-            "pushed-once",
-            "pushed_at=4321",
-            1,
-            "from step 4300 to 4350",
-        ),
+        ("pushed-once", "pushed_at=4321", 1, "from step 4300 to 4350"),
     ] {
         let script = format!(
             "#!/bin/sh\nFAULT='{fault}' exec {} \"$@\"\n",

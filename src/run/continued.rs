@@ -334,7 +334,7 @@ impl Continuing {
 
 #[cfg(test)]
 mod tests {
-    use super::{Continuing, Rules, Snapshot, Stage};
+    use super::{Continuing, Rules, Snapshot, Stage, asked_densely};
     use grains::scene::paper_scene;
     use grains::tables::{Bodies, Memories};
 
@@ -352,6 +352,21 @@ mod tests {
             memory: Memories::default(),
             punch: None,
         }
+    }
+
+    #[test]
+    fn small_beds_are_asked_for_moments_between_those_of_the_scene() {
+        let every = |grains, every| {
+            let mut scene = paper_scene(1, grains);
+            scene.measurement.history_every = every;
+            asked_densely(&scene).measurement.history_every
+        };
+        assert_eq!(
+            [every(500, 250), every(500, 96), every(500, 20)],
+            [50, 48, 20]
+        );
+        // No divisor is long enough, and too many grains.
+        assert_eq!([every(500, 997), every(501, 250)], [997, 250]);
     }
 
     #[test]
