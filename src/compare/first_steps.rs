@@ -476,7 +476,7 @@ fn said_of_states(judgement: &Judgement) -> String {
         Verdict::Different => {
             let mut said: Vec<String> = judgement.causes.iter().map(in_a_sentence).collect();
             // Where a cause explains all, it has said as much.
-            let is_open = judgement.causes.iter().any(|cause| !cause.is_named());
+            let is_open = judgement.causes.iter().any(|cause| !cause.explained);
             let condition = judgement.condition.iter().filter(|_| is_open);
             said.extend(condition.map(|words| format!("Of all states: {words}.")));
             let tables = judgement

@@ -164,8 +164,12 @@ impl Cause {
     fn what_is_left(&self, forms: &str) -> String {
         if !self.terms.is_empty() {
             let terms = self.terms.join("; in ");
+            let place = self.condition.as_ref();
+            let place = place.map_or(String::new(), |words| {
+                format!(" Seen from outside, in {} {words}.", self.left_in)
+            });
             return format!(
-                "what it writes at each step does not follow from the rest in {terms}."
+                "what it writes at each step does not follow from the rest in {terms}.{place}"
             );
         }
         let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();

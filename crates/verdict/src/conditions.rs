@@ -475,9 +475,13 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
             |_, law| law.contact.torque_arms == TorqueArms::HalfOverlap,
         ),
     ];
-    let some: [(&str, Has); 9] = [
+    let some: [(&str, Has); 10] = [
         ("there are moments against rolling", |_, law| {
             law.contact.rolling.is_some()
+        }),
+        ("moments are a constant torque", |_, law| {
+            let rolling = law.contact.rolling;
+            rolling.is_some_and(|rolling| rolling.bending_stiffness.is_none())
         }),
         ("there is adhesion", |_, law| law.contact.adhesion.is_some()),
         ("adhesion holds what has touched", |_, law| law.holds()),

@@ -8,7 +8,7 @@ use grains::vector::{Vector, dot, hypot, minus, plus, times};
 use nalgebra::{DMatrix, DVector};
 
 use super::place::place;
-use super::{DASHPOT, KEPT_DASHPOT, PLAIN, ROUNDED, Row, Term};
+use super::{DASHPOT, KEPT_DASHPOT, Of, PLAIN, ROUNDED, Row, Term};
 
 /// So many rows of a kind are looked at.
 const MOST_ROWS: usize = 300;
@@ -427,8 +427,17 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
     found.min_by_key(|found| found.0).map(|found| found.1)
 }
 
-/// A factor that rises or falls with one size, row by row.
+/// A factor that rises or falls with one size, row by row. Of a few contacts it may do so by chance, at however many moments.
 fn by_one_size(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
+    let mut subjects: Vec<(usize, Of)> = Vec::new();
+    for subject in rows.iter().map(|row| (row.at.0, row.subject)) {
+        if !subjects.contains(&subject) {
+            subjects.push(subject);
+        }
+    }
+    if subjects.len() < FEWEST {
+        return None;
+    }
     let told = (0..rows[0].sizes.len()).find_map(|size| {
         let both = rows.iter().zip(factors);
         let mut both: Vec<(f64, f64)> = both.map(|(row, by)| (row.sizes[size].1, *by)).collect();
