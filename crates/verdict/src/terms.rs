@@ -221,7 +221,11 @@ fn ends_elsewhere(held: &[(f64, bool)]) -> Option<String> {
     let last = shares(true).fold(0.0, f64::max);
     let is_off = gone < 1.0 - END || last > 1.0 + END;
     (is_off && last <= gone * (1.0 + END)).then(|| {
-        format!("contacts that adhesion holds: some are there until {last:.3} of the overlap at which they are to end, and none from {gone:.3} of it on")
+        let none = match gone.is_finite() {
+            true => format!(", and none from {gone:.3} of it on"),
+            false => String::new(),
+        };
+        format!("contacts that adhesion holds: some are there until {last:.3} of the overlap at which they are to end{none}")
     })
 }
 

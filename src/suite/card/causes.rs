@@ -538,6 +538,11 @@ impl Readings<'_> {
         if causes.iter().any(|(one, _)| !one.is_fitted()) {
             causes.retain(|(one, _)| !one.is_fitted());
         }
+        // One value that does it is said before two that are exchanged.
+        let is_rule = |one: &Otherwise| matches!(one, Otherwise::Form(Form::Rule(_)));
+        if causes.iter().any(|(one, _)| is_rule(one)) {
+            causes.retain(|(one, _)| !matches!(one, Otherwise::Exchanged(..)));
+        }
         // Of a constant that was read more than once the first number stands for all.
         let mut read: Vec<Constant> = Vec::new();
         causes.retain(|(one, _)| match one {

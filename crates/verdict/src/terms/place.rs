@@ -49,9 +49,10 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
             steps[..steps.len().min(6)].join(", ")
         );
     }
+    // A moment at which all are off, as where all contacts begin, tells no condition.
     let (run, at) = moments
         .iter()
-        .max_by_key(|(_, counts)| counts.1)
+        .max_by_key(|(_, (all, off))| (off < all, *off))
         .map_or((0, 0), |(at, _)| *at);
     let here = off.iter().filter(|row| row.at == (run, at));
     let (case, moments) = runs[run];
