@@ -166,7 +166,7 @@ impl Cause {
             let terms = self.terms.join("; in ");
             let place = self.condition.as_ref();
             let place = place.map_or(String::new(), |words| {
-                format!(" Seen from outside, in {} {words}.", self.left_in)
+                format!(" In {} {words}.", self.left_in)
             });
             return format!(
                 "what it writes at each step does not follow from the rest in {terms}.{place}"

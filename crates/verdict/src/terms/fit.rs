@@ -431,7 +431,7 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
 fn by_one_size(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
     let mut subjects: Vec<(usize, Of)> = Vec::new();
     for subject in rows.iter().map(|row| (row.at.0, row.subject)) {
-        if !subjects.contains(&subject) {
+        if subjects.len() < FEWEST && !subjects.contains(&subject) {
             subjects.push(subject);
         }
     }
