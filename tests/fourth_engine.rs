@@ -62,7 +62,12 @@ fn its_runs_are_recorded_and_compared() {
         "{label}"
     );
     // Another engine's run is gone on with by the native one, and cannot be taken up as native's is.
-    assert!(!right.record.continued.is_empty() && right.record.restart.is_none());
+    assert!(right.record.restart.is_none());
+    let [whole] = &right.record.continued[..] else {
+        panic!("{:?}", right.record.continued);
+    };
+    assert_eq!((whole.from, whole.to), (0, 2000));
+    assert_eq!(whole.found, "every bit is native's");
     let native = run_of(&small_scene(), &sound(), protocol);
     assert_eq!(right.history, native.history);
     assert_eq!(compare(&right, &native, None).verdict(), Verdict::Identical);
