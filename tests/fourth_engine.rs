@@ -2,8 +2,8 @@
 
 use crossgrain::checks::Outcome;
 use crossgrain::compare::compare;
-use crossgrain::compare::first_steps::{Beds, from_bed};
-use crossgrain::engine::{Description, Engine, EngineError, EngineRecord, Run};
+use crossgrain::compare::first_steps::{Beds, answer, from_bed};
+use crossgrain::engine::{Description, Engine, EngineError, EngineRecord, ProgramError, Run};
 use crossgrain::suite::conformance::conformance;
 use crossgrain::suite::run::verify_in;
 use grains::task::{Case, Observer};
@@ -14,7 +14,19 @@ use crate::support::*;
 
 /// The native engine under another name, as it is or with a fault that it does not tell of.
 #[derive(Debug)]
-struct Fourth(native::Options);
+struct Fourth {
+    options: native::Options,
+    /// It writes nonsense where there is such a law.
+    breaks_at: fn(&Case) -> bool,
+}
+
+/// That writes none.
+fn fourth(options: native::Options) -> Fourth {
+    Fourth {
+        options,
+        breaks_at: |_| false,
+    }
+}
 
 impl Engine for Fourth {
     fn name(&self) -> String {
@@ -25,7 +37,7 @@ impl Engine for Fourth {
         let name = self.name();
         Ok(Description {
             name,
-            ..self.0.describe()?
+            ..self.options.describe()?
         })
     }
 
@@ -40,12 +52,15 @@ impl Engine for Fourth {
             described: self.describe()?,
             digest: String::new(),
         };
-        let run = self.0.run(scene, task, work, observer)?;
+        let run = self.options.run(scene, task, work, observer)?;
         Ok(Run { engine, ..run })
     }
 
     fn run_cases(&self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
-        self.0.run_cases(cases, work)
+        match cases.iter().find(|case| (self.breaks_at)(case)) {
+            Some(case) => Err(ProgramError::Nonsense(format!("case {}: a NaN", case.name)).into()),
+            None => self.options.run_cases(cases, work),
+        }
     }
 }
 
@@ -54,7 +69,7 @@ const FAULT: &str = "stiffness=1e-3";
 #[test]
 fn its_runs_are_recorded_and_compared() {
     let protocol = Protocol::Steps { steps: 2000 };
-    let run = |options| run_of(&small_scene(), &Fourth(options), protocol);
+    let run = |options| run_of(&small_scene(), &fourth(options), protocol);
     let [right, wrong] = [sound(), faulty(FAULT)].map(run);
     let label = right.record.engine.label();
     assert!(
@@ -79,7 +94,7 @@ fn it_is_judged_checked_and_verified() {
     let reference = Reference::new(200, 0.1, &mut |_| ()).expect("a bed");
     let beds = Beds::from(reference.clone());
     let judged = |options, verdict, outcome| {
-        let engine = Fourth(options);
+        let engine = fourth(options);
         let first = from_bed(&reference, &engine, &mut |_| ()).expect("a judgement");
         assert_eq!(first.verdict(), verdict);
         let checked = conformance(&engine, &beds, &mut |_| ()).expect("an engine");
@@ -98,10 +113,35 @@ fn it_is_judged_checked_and_verified() {
     judged(faulty(FAULT), Verdict::Different, Outcome::Fail);
 }
 
+/// It is different there, and judged by all other states.
+#[test]
+fn nonsense_in_some_states_is_told_with_what_they_have() {
+    let reference = Reference::new(200, 0.1, &mut |_| ()).expect("a bed");
+    let judged = |breaks_at| {
+        let options = sound();
+        let engine = Fourth { options, breaks_at };
+        from_bed(&reference, &engine, &mut |_| ())
+    };
+    let found = judged(|case| case.model.law.has_dashpots()).expect("a judgement");
+    assert_eq!(found.verdict(), Verdict::Different);
+    let states = found.starts.iter();
+    let (none, some): (Vec<_>, Vec<_>) = states.partition(|start| start.skipped.is_none());
+    assert!(none.iter().all(|start| start.verdict == Verdict::Identical));
+    assert!(some.iter().all(|start| start.verdict == Verdict::Different) && !some.is_empty());
+    let condition = found.condition.as_deref().unwrap_or_default();
+    assert!(condition.contains("there are dashpots"), "{condition}");
+    has(
+        &answer(&found),
+        ["it wrote nonsense: case", "a NaN", condition],
+    );
+    // Where there is nothing else, it is no engine.
+    assert!(judged(|_| true).is_err());
+}
+
 /// It has no clock, and says so instead of a number.
 #[test]
 fn what_it_does_not_do_is_an_error() {
-    let (engine, scene) = (Fourth(sound()), small_scene());
+    let (engine, scene) = (fourth(sound()), small_scene());
     let model = grains::model::Model::of(&scene);
     let steps = crossgrain::engine::read::TimedSteps {
         warm_up: 1,

@@ -19,7 +19,7 @@ use verdict::exercise::Range;
 use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
 use verdict::invariance;
-use verdict::judge::{Judgement, Limit, OTHER_MOMENTS, OfStart, Reference, Verdict};
+use verdict::judge::{Judgement, Limit, NONSENSE, OTHER_MOMENTS, OfStart, Reference, Verdict};
 use verdict::spheres;
 use verdict::starts::{Bed, State};
 
@@ -225,16 +225,51 @@ pub fn identified(engine: &Description, found: &Identified) -> Document {
     }
 }
 
+/// What an engine makes of these cases; where one of them makes it write nonsense, what it makes of the others.
+fn by_halves(engine: &dyn Engine, cases: &[&Case]) -> Result<Vec<Answer>, EngineError> {
+    let run = |cases: &[&Case]| {
+        let work = work_folder().map_err(ProgramError::File)?;
+        engine.run_cases(cases, work.path())
+    };
+    let is_nonsense = |made: &Result<Vec<Answer>, EngineError>| {
+        matches!(made, Err(EngineError::Program(ProgramError::Nonsense(_))))
+    };
+    let ends = |cases: &[&Case]| match cases {
+        [first, .., last] => [first, last]
+            .map(|case| run(&[*case]))
+            .iter()
+            .all(is_nonsense),
+        _ => true,
+    };
+    let made = run(cases);
+    // Of what is nonsense at both ends no case need be blamed.
+    if !is_nonsense(&made) || ends(cases) {
+        return made;
+    }
+    let mut answers = Vec::with_capacity(cases.len());
+    let mut parts = vec![cases];
+    while let Some(part) = parts.pop() {
+        match (run(part), part) {
+            (Err(EngineError::Program(ProgramError::Nonsense(reason))), [_]) => {
+                answers.push(Err(format!("{NONSENSE}{reason}")));
+            }
+            (made, _) if is_nonsense(&made) => {
+                let (first, second) = part.split_at(part.len() / 2);
+                parts.extend([second, first]);
+            }
+            (made, _) => answers.extend(made?),
+        }
+    }
+    Ok(answers)
+}
+
 /// Judges the engine against what is known of a bed.
 pub fn from_bed(
     reference: &Reference,
     engine: &dyn Engine,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
-    let mut run = |cases: &[&Case]| {
-        let work = work_folder().map_err(ProgramError::File)?;
-        engine.run_cases(cases, work.path())
-    };
+    let mut run = |cases: &[&Case]| by_halves(engine, cases);
     let under;
     let asked = &reference.excerpts;
     let reference = match engine.rules() {
@@ -476,7 +511,18 @@ fn said_of_states(judgement: &Judgement) -> String {
         Verdict::Different => {
             let mut said: Vec<String> = judgement.causes.iter().map(in_a_sentence).collect();
             // Where a cause explains all, it has said as much.
-            let is_open = judgement.causes.iter().any(|cause| !cause.explained);
+            let mut causes = judgement.causes.iter();
+            let is_open = causes.len() == 0 || causes.any(|cause| !cause.explained);
+            let starts = &judgement.starts;
+            let skipped = starts.iter().filter_map(|start| start.skipped.as_ref());
+            let nonsense: Vec<&String> = skipped.filter(|why| why.starts_with(NONSENSE)).collect();
+            if let [first, ..] = nonsense[..] {
+                said.push(format!(
+                    "In {} of {} states {first}.",
+                    nonsense.len(),
+                    starts.len()
+                ));
+            }
             let condition = judgement.condition.iter().filter(|_| is_open);
             said.extend(condition.map(|words| format!("Of all states: {words}.")));
             let tables = judgement

@@ -176,7 +176,8 @@ impl Conformance {
         let first = self.first_steps.as_ref().map(first_steps::answer);
         let said = match (small, self.refused(), first) {
             (Some(check), _, first) => {
-                let first = first.filter(|_| causes.is_empty());
+                let says = |cause: &Cause| cause.condition.is_some() || !cause.terms.is_empty();
+                let first = first.filter(|_| causes.is_empty() || causes.iter().any(says));
                 let first = first.map_or(String::new(), |answer| {
                     format!(" Its first steps: {answer}")
                 });

@@ -117,6 +117,10 @@ fn two_sided(level: f64, freedom: f64) -> Option<f64> {
 fn halved([mut low, mut high]: [f64; 2], times: u32, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..times {
         let middle = (low * high).sqrt();
+        // No number lies between.
+        if middle == low || middle == high {
+            break;
+        }
         let end = if holds(middle) { &mut low } else { &mut high };
         *end = middle;
     }

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use evidence::in_parallel;
 use grains::constant::{Constant, Counted};
 use grains::model::Wall;
-use grains::scene::Springs;
+use grains::scene::{Springs, Viscosity};
 use grains::tables::Snapshot;
 use grains::task::Case;
 use grains::variant::{self, Form, Variant};
@@ -45,6 +45,9 @@ pub struct Cause {
     /// Springs are Hertz's and Mindlin's.
     #[serde(skip)]
     pub is_hertz: bool,
+    /// Dashpots are made of a restitution.
+    #[serde(skip)]
+    pub by_restitution: bool,
     /// Constants that were fitted leave little unexplained of what is without them.
     #[serde(skip)]
     pub comes_near: bool,
@@ -117,6 +120,9 @@ impl Cause {
                 }
                 "k_n" | "k_n between grains" if self.is_hertz => {
                     "F_n = 4/3·E*·√R*·u^1.5, with 1/E* = (1 − ν1²)/E1 + (1 − ν2²)/E2"
+                }
+                "c_n" | "c_s" if self.by_restitution => {
+                    "the formula that makes a dashpot of the restitution (law.contact.viscosity)"
                 }
                 _ => fitted.constant.place(),
             };
@@ -547,6 +553,10 @@ impl Tried<'_> {
         Cause {
             law: answered.asked.law.clone(),
             is_hertz: answered.asked.case.model.law.contact.springs == Springs::HertzMindlin,
+            by_restitution: matches!(
+                answered.asked.case.model.law.contact.viscosity,
+                Viscosity::Restitution { .. }
+            ),
             comes_near: explained || self.comes_near(&fit.variant),
             constants: fit.wrong(),
             tied: fit.tied,

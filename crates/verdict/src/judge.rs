@@ -289,6 +289,8 @@ const LAST_FOLLOWED: u64 = 101;
 const EARLY: u64 = 3;
 const SAME_MOMENT: f64 = 1.0e-9;
 
+/// An answer that begins with this is no refusal.
+pub const NONSENSE: &str = "it wrote nonsense: ";
 pub const OTHER_MOMENTS: &str = "it wrote other moments than were asked for";
 
 /// By their digests: == takes −0 for 0.
@@ -613,7 +615,7 @@ impl Reference {
             .map(|(_, state)| state.under(self.rules))
             .collect();
         let mut all = Vec::with_capacity(states.len());
-        let mut looked_at = Vec::new();
+        let (mut looked_at, mut nonsense) = (Vec::new(), Vec::new());
         for (((index, _), state), answer) in states.into_iter().zip(&judged_states).zip(of_states) {
             let mut judged = OfStart::new(&state.law, &state.start, &state.key);
             match answer {
@@ -622,6 +624,11 @@ impl Reference {
                     let lacking = format!("beds of {} grains", state.case.bodies.len());
                     judgement.not_asked.push(state.not_asked(lacking));
                     continue;
+                }
+                Err(reason) if reason.starts_with(NONSENSE) => {
+                    judged.verdict = Verdict::Different;
+                    judged.skipped = Some(reason);
+                    nonsense.push((&state.case, true));
                 }
                 // Nothing need be known of it.
                 Err(reason) => judged.skipped = Some(reason),
@@ -669,7 +676,8 @@ impl Reference {
                 let is_wrong = answered.verdict() == Verdict::Different;
                 (&answered.asked.case, is_wrong)
             });
-            judgement.condition = conditions::of_states(&states.collect::<Vec<_>>());
+            judgement.condition =
+                conditions::of_states(&states.chain(nonsense).collect::<Vec<_>>());
             let usual = all.iter().filter(|answered| !answered.asked.drawn);
             let usual: Vec<Case> = usual.map(|answered| answered.asked.case.clone()).collect();
             // The first of the drawn states that differs tells most, where no other does.

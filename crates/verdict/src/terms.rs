@@ -33,6 +33,7 @@ mod fit;
 mod motion;
 mod place;
 mod residuals;
+mod seen;
 
 /// A number that an engine writes, held against the model's.
 struct Row {
@@ -95,6 +96,7 @@ const SPINS_NEAR_LIMIT: usize = 16;
 
 use fit::explained;
 use residuals::Follower;
+use seen::Seen;
 
 type Rows = BTreeMap<(usize, usize), Vec<Row>>;
 
@@ -106,11 +108,11 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
         let mut rows = Rows::new();
         let mut follower = Follower::new(case, run);
         follower.follow(moments, &mut rows);
-        (rows, follower.held)
+        (rows, follower.seen)
     });
-    let (mut rows, mut held) = (Rows::new(), Vec::new());
-    for (of_run, held_there) in all {
-        held.extend(held_there);
+    let (mut rows, mut seen) = (Rows::new(), Seen::default());
+    for (of_run, seen_there) in all {
+        seen.add(seen_there);
         for (key, of_run) in of_run {
             rows.entry(key).or_default().extend(of_run);
         }
@@ -148,7 +150,16 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             && later.peek().is_some()
             && later.all(|said| said.0.contains(KEPT_DASHPOT) && !said.1.is_empty())
     };
-    let mut told: Vec<String> = ends_elsewhere(&held).into_iter().collect();
+    let slides_later = seen.slides_later().filter(|_| {
+        let others = [NEW_STICKS, STICKING, NEW_SLIDES, SLIDING];
+        !others
+            .into_iter()
+            .any(|other| is_off(other) || is_told(other))
+    });
+    let damps_otherwise = seen.damps_otherwise().filter(|_| moves);
+    let damps = damps_otherwise.is_some();
+    let mut told: Vec<String> = seen.ends_elsewhere().into_iter().collect();
+    told.extend(slides_later.into_iter().chain(damps_otherwise));
     for (quantity, name) in QUANTITIES.into_iter().enumerate() {
         // What slides goes the way of what sticks, and contacts that go on have all that new ones have.
         let sticks_otherwise = [NEW_STICKS, STICKING]
@@ -174,6 +185,7 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
                 let slide = |sliding| keys.iter().any(|key| key.0 == sliding);
                 sticks_otherwise || [NEW_SLIDES, SLIDING, SLIDING_ON].into_iter().any(slide)
             }
+            VELOCITIES if damps => true,
             VELOCITIES | SPINS => !moves,
             SPINS_NEAR_LIMIT => !moves || is_off(SPINS) || is_told(SPINS),
             _ => false,
@@ -208,29 +220,6 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
     }
     told
 }
-
-/// Where contacts end that adhesion holds, by how far they are on the way to where it lets go and whether they are there: that of the first
-/// that is gone and of the last that is there.
-fn ends_elsewhere(held: &[(f64, bool)]) -> Option<String> {
-    let shares = |there: bool| {
-        held.iter()
-            .filter(move |one| one.1 == there)
-            .map(|one| one.0)
-    };
-    let gone = shares(false).fold(f64::INFINITY, f64::min);
-    let last = shares(true).fold(0.0, f64::max);
-    let is_off = gone < 1.0 - END || last > 1.0 + END;
-    (is_off && last <= gone * (1.0 + END)).then(|| {
-        let none = match gone.is_finite() {
-            true => format!(", and none from {gone:.3} of it on"),
-            false => String::new(),
-        };
-        format!("contacts that adhesion holds: some are there until {last:.3} of the overlap at which they are to end{none}")
-    })
-}
-
-/// So near to its end a contact may have ended or not.
-const END: f64 = 1.0e-6;
 
 const KINDS: [&str; 3] = ["between grains", "at walls", "at the punch"];
 
@@ -327,27 +316,6 @@ mod tests {
         let forces = told.iter().find(|told| told.starts_with("normal forces"));
         let forces = forces.map_or("", |told| told);
         assert!(forces.contains("single precision"), "{told:?}");
-    }
-
-    #[test]
-    fn where_adhesion_lets_go_is_told_if_it_is_elsewhere() {
-        let held = |end: f64| {
-            (1..40)
-                .map(|at| f64::from(at) / 20.0)
-                .map(|at| (at, at <= end))
-                .collect::<Vec<_>>()
-        };
-        let right: Vec<_> = held(1.0).into_iter().filter(|one| one.0 <= 1.0).collect();
-        assert_eq!(ends_elsewhere(&right), None);
-        for end in [0.5, 1.5] {
-            let told = ends_elsewhere(&held(end)).unwrap_or_default();
-            assert!(told.contains(&format!("until {end:.3} of")), "{told}");
-        }
-        // Some are gone and others there: it is not where they are.
-        assert_eq!(
-            ends_elsewhere(&[(0.3, false), (0.2, true), (0.6, true)]),
-            None
-        );
     }
 
     #[test]

@@ -125,9 +125,10 @@ pub struct Told {
     pub brakes: bool,
     /// What the slip of that step added, N.
     pub slip: Vector,
-    /// Moments against rolling and twisting, and that against rolling had it no limit, N·m.
+    /// Moments against rolling and twisting, and that against rolling had it no limit or one of each component, N·m.
     pub moments: [Vector; 2],
     pub without_limit: Vector,
+    pub by_component: Vector,
 }
 
 /// The terms of a contact's law, each by itself: forces on body 2, N.
@@ -155,8 +156,9 @@ pub struct Parts {
     pub turned: [Vector; 3],
     /// What this step's slip adds by the centres and by each spin; in its first step a contact gets this share.
     pub slips: [Vector; 3],
-    /// Of the centres' what the first one adds, where it is no grain.
-    pub slip_of_first: Vector,
+    /// The force of the normal dashpot and the slip by the velocity of the first alone, where it is no grain, and so had it what it has along
+    /// z along x, and along y, N.
+    pub first_alone: [(f64, Vector); 3],
     pub share: f64,
     /// How far bodies approach in this step, m.
     pub way: f64,
@@ -168,10 +170,16 @@ pub struct Parts {
     pub torques: [Vector; 2],
     pub braking_torques: [Vector; 2],
     pub cut_torques: [Vector; 2],
-    /// Moments against rolling and twisting, what this step adds to them, and that against rolling had it no limit, N·m.
+    /// Moments against rolling and twisting, what this step adds to them, and that against rolling had it no limit or one of each component
+    /// by itself, N·m.
     pub moments: [Vector; 2],
     pub added: [Vector; 2],
     pub without_limit: Vector,
+    pub by_component: Vector,
+    /// What the step adds to that against rolling by each spin alone, or all of it where it is a constant torque, N·m.
+    pub rolling_alone: [Vector; 2],
+    /// What the stiffness against rolling would make of the twist, N·m.
+    pub twist_as_rolling: Vector,
     /// The largest moment against rolling, N·m; endless without a limit.
     pub most_moment: f64,
 }
@@ -508,24 +516,61 @@ impl Reference {
             NewContact::Nothing => 0.0,
             _ => 1.0,
         };
-        let moments = |limited: bool, memory: Option<&Memory>| {
-            let rolling = self.constants.law.contact.rolling;
+        let rolling = self.constants.law.contact.rolling;
+        // What the tangential spring has along the normal is told with the normal force, and limits nothing.
+        let size = strength.elastic.abs() + norm(tangential);
+        let force = match norm(minus(told, made)) <= TOLD_WITH_IT * size {
+            true => made,
+            false => told,
+        };
+        let moments_of = |on: [Motion; 2], limited: bool, memory: Option<&Memory>| {
             rolling.map_or([NONE; 2], |rolling| {
                 let limit = rolling.limit.filter(|_| limited);
-                // What the tangential spring has along the normal is told with the normal force, and limits nothing.
-                let size = strength.elastic.abs() + norm(tangential);
-                let force = match norm(minus(told, made)) <= TOLD_WITH_IT * size {
-                    true => made,
-                    false => told,
-                };
                 let rolling = Rolling { limit, ..rolling };
                 self.moments(&rolling, touch, on, (&pair, &strength), force, memory)
             })
         };
-        let free = before.zip(memory).map(|(told, memory)| Memory {
-            bending: told.without_limit,
-            ..memory
+        let moments = |limited: bool, memory: Option<&Memory>| moments_of(on, limited, memory);
+        let is_constant = rolling.is_some_and(|rolling| rolling.bending_stiffness.is_none());
+        let rolling_alone = [0, 1].map(|side| {
+            let mut one = on;
+            one[1 - side].spin = NONE;
+            moments_of(one, is_constant, None)[0]
         });
+        let stiffer = rolling.map_or(0.0, |rolling| {
+            rolling.bending_stiffness.unwrap_or(0.0) / rolling.twisting_stiffness
+        });
+        let with_memory = moments(true, memory.as_ref());
+        let twist_as_rolling = match stiffer.is_finite() {
+            true => times(stiffer, with_memory[1]),
+            false => NONE,
+        };
+        // Its velocity with components that are so many axes on.
+        let first_along = |axes: usize| {
+            let mut moves = on.map(|motion| Motion {
+                velocity: NONE,
+                spin: NONE,
+                ..motion
+            });
+            if touch.first != Body::Grain {
+                let [x, y, z] = on[0].velocity;
+                moves[0].velocity = [[x, y, z], [z, x, y], [y, z, x]][axes];
+            }
+            let (slip, along) = self.slip(touch, moves);
+            (-strength.c_n * along, times(-growth, slip))
+        };
+        let most_moment = rolling.map_or(f64::INFINITY, |rolling| {
+            self.most_moment(&rolling, touch, (&pair, &strength), force)
+        });
+        // Without a limit in this step, by what was kept of another limit so far.
+        let unlimited = |bending: fn(Told) -> Vector| {
+            let kept = before.zip(memory).map(|(told, memory)| Memory {
+                bending: bending(told),
+                ..memory
+            });
+            moments(false, kept.as_ref())[0]
+        };
+        let by_component = unlimited(|told| told.by_component);
         Some(Parts {
             first: touch.first,
             radii: touch.radii,
@@ -550,17 +595,7 @@ impl Reference {
                 all.map(|force| self.turned(told.normal, force, touch, on))
             }),
             slips: slips.map(|slip| times(-growth, slip)),
-            slip_of_first: match touch.first {
-                Body::Grain => NONE,
-                _ => {
-                    let still = Motion {
-                        velocity: NONE,
-                        spin: NONE,
-                        ..on[1]
-                    };
-                    times(-growth, self.slip(touch, [on[0], still]).0)
-                }
-            },
+            first_alone: [0, 1, 2].map(first_along),
             share,
             way,
             brakings: slips.map(|slip| self.braking(&strength, slip)),
@@ -577,13 +612,13 @@ impl Reference {
                 on,
                 self.braking(&strength, self.slip(touch, on).0),
             ),
-            moments: moments(true, memory.as_ref()),
+            moments: with_memory,
+            rolling_alone,
+            twist_as_rolling,
             added: moments(false, None),
-            without_limit: moments(false, free.as_ref())[0],
-            most_moment: match self.constants.law.contact.rolling {
-                Some(rolling) => self.most_moment(&rolling, touch, (&pair, &strength), told),
-                None => f64::INFINITY,
-            },
+            without_limit: unlimited(|told| told.without_limit),
+            by_component: by_component.map(|part| part.clamp(-most_moment, most_moment)),
+            most_moment,
         })
     }
 

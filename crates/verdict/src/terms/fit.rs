@@ -271,20 +271,18 @@ fn is_plain(factor: f64) -> bool {
 
 fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
     let close = |a: f64, b: f64| (a - b).abs() < 1.0e-6;
-    // Where a dashpot is missing, what it would have had a step before seems to be kept.
+    // Of a dashpot that is another one, what it lacks a step before seems to be kept.
+    let of_dashpot = more.iter().find(|(term, _)| terms[*term].0 == DASHPOT);
+    let seems_kept = |(term, kept): &&(usize, f64)| {
+        let lacks = of_dashpot.is_some_and(|(_, more)| close(*kept, -more));
+        terms[*term].0 == KEPT_DASHPOT && lacks
+    };
     let without: Vec<(usize, f64)> = more
         .iter()
+        .filter(|one| !seems_kept(one))
         .copied()
-        .filter(|(term, _)| terms[*term].0 != KEPT_DASHPOT)
         .collect();
-    let is_missing = |(term, more): &(usize, f64)| {
-        terms[*term].0 == DASHPOT && close(terms[*term].1 + more, 0.0)
-    };
-    let more = if without.iter().any(is_missing) {
-        &without[..]
-    } else {
-        more
-    };
+    let more = &without[..];
     // Half of a term and half of its size are all of it where it pushes, or where it pulls.
     if let [(one, less), (size, half)] = more
         && terms[*size].0 == format!("the size of {}", terms[*one].0)
@@ -385,7 +383,7 @@ fn by_powers(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option
         let powers: Vec<f64> = found
             .iter()
             .skip(1)
-            .map(|power| (6.0 * power).round() / 6.0)
+            .map(|power| (12.0 * power).round() / 12.0)
             .collect();
         if powers.contains(&0.0) || powers.iter().any(|power| power.abs() > 3.0) {
             return None;

@@ -7,12 +7,16 @@ use grains::tables::Snapshot;
 use grains::vector::{Vector, each, hypot, minus, plus, sum, times};
 
 use super::residuals::{Follower, Loads};
+use super::seen::Damped;
 use super::{NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, SPINS_NEAR_LIMIT, Term, VELOCITIES};
+
+/// A force is known so many times better than what local damping makes of it.
+const CLEAR: f64 = 1.0e3;
 
 impl Follower<'_> {
     /// Velocities, spins and places after a step, from the forces that are written before it.
     pub(super) fn motion(
-        &self,
+        &mut self,
         (was, now): (&Snapshot, &Snapshot),
         (loads, before): (&[Loads], Option<&[Loads]>),
         at: usize,
@@ -28,6 +32,7 @@ impl Follower<'_> {
             return;
         }
         let (dt, bodies) = (model.dt, &self.case.bodies);
+        let damped = &mut self.seen.damped;
         for (id, load) in loads.iter().enumerate() {
             let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
@@ -100,6 +105,32 @@ impl Follower<'_> {
                 .fold(hypot(weight), f64::max);
             let least =
                 ROUNDED * largest + 4.0 * f64::EPSILON * mass * hypot(v1).max(hypot(v0)) / dt;
+            if model.alpha != 0.0 {
+                let before = before.map(|before| before[id].force());
+                let forces = [
+                    Some(acting),
+                    Some(forces),
+                    Some(weight),
+                    before.map(|before| plus(before, weight)),
+                    before,
+                ];
+                let is_clear = |axis: &usize| model.alpha * acting[*axis].abs() > CLEAR * least;
+                damped.extend([0, 1, 2].into_iter().filter(is_clear).map(|axis| {
+                    let (force, gained) = (acting[axis], mass * (v1[axis] - v0[axis]) / dt);
+                    let mut signs = [1.0, -1.0, 0.0].into_iter();
+                    let is_so =
+                        |sign: &f64| (gained - force * (1.0 - model.alpha * sign)).abs() <= least;
+                    let middle = v0[axis] + 0.5 * dt * force / mass;
+                    let velocities = [middle, v0[axis], v1[axis]];
+                    let power = |force: Option<Vector>| {
+                        velocities.map(|velocity| force.map(|force| force[axis] * velocity))
+                    };
+                    Damped {
+                        sign: signs.find(is_so),
+                        by: forces.map(power),
+                    }
+                }));
+            }
             let terms: Vec<Term> = terms! {
                 "all contact forces", 1.0 => forces;
                 "the weight", 1.0 => weight;
@@ -146,10 +177,16 @@ impl Follower<'_> {
                 "all torques of forces", 1.0 => load.torque();
                 "moments against rolling", 1.0 => load.moments[0];
                 "moments against twisting", 1.0 => load.moments[1];
-                "moments on the first of a pair", 1.0 => load.moments_on_first;
-                "moments at walls", 1.0 => load.moments_at_walls;
+                "moments against rolling on the first of a pair", 1.0 => load.moments_on_first[0];
+                "moments against twisting on the first of a pair", 1.0 => load.moments_on_first[1];
+                "moments against rolling at walls", 1.0 => load.moments_at_walls[0];
+                "moments against twisting at walls", 1.0 => load.moments_at_walls[1];
                 "moments against rolling at their limit", 1.0 => load.limited;
                 "moments against rolling without a limit", 0.0 => load.without_limit;
+                "moments against rolling with a limit of each component by itself", 0.0 => load.by_component;
+                "moments against the rolling of the first's spin alone", 0.0 => load.rolling_alone[0];
+                "moments against the rolling of the second's spin alone", 0.0 => load.rolling_alone[1];
+                "the twist with the stiffness against rolling", 0.0 => load.twist_as_rolling;
                 "what this step adds to moments against rolling", 0.0 => load.added[0];
                 "what this step adds to moments against twisting", 0.0 => load.added[1];
                 "moments of the step before", 0.0 => before.map_or(NONE, |before| {

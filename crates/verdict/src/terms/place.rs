@@ -29,6 +29,17 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
     if few.len() <= FEW {
         return format!("{} alone", few.join(", "));
     }
+    let begins = |row: &Row| match row.subject {
+        Of::Contact(one, two) => {
+            let before = row.at.1.checked_sub(1).map(|at| &runs[row.at.0].1[at]);
+            let mut before = before.into_iter().flat_map(|moment| &moment.contacts);
+            !before.any(|contact| contact.ids() == (one, two))
+        }
+        Of::Grain(_) => false,
+    };
+    if rows.iter().all(|row| begins(row) == row.is_off()) {
+        return "in the first step of each alone".to_owned();
+    }
     let mut moments: BTreeMap<(usize, usize), (usize, usize)> = BTreeMap::new();
     for row in rows {
         let counts = moments.entry(row.at).or_default();

@@ -8,6 +8,7 @@ use grains::tables::{Body, Contact, Snapshot};
 use grains::task::Case;
 use grains::vector::{Vector, cross, dot, hypot, minus, plus, sum, times};
 
+use super::seen::{Held, Seen};
 use super::*;
 use crate::contacts::Table;
 
@@ -27,8 +28,8 @@ pub(super) struct Follower<'a> {
     before: BTreeMap<(u32, u32), Before>,
     /// The same of contacts that have ended.
     ended: BTreeMap<(u32, u32), Before>,
-    /// Where contacts that adhesion holds are, over the overlap at which it lets go, and whether they are there.
-    pub(super) held: Vec<(f64, bool)>,
+    /// What is not a sum of terms.
+    pub(super) seen: Seen,
 }
 
 struct Before {
@@ -67,14 +68,18 @@ pub(super) struct Loads {
     pub(super) cut: Vector,
     pub(super) others: [Vector; 2],
     /// Moments against rolling and twisting, of them those on the first of a pair and at walls; what this step adds to them, and against
-    /// rolling those at their limit and as they were without one.
+    /// rolling those at their limit, as they were without one and where it holds for each component alone.
     pub(super) moments: [Vector; 2],
-    pub(super) moments_on_first: Vector,
-    pub(super) moments_at_walls: Vector,
+    pub(super) moments_on_first: [Vector; 2],
+    pub(super) moments_at_walls: [Vector; 2],
     pub(super) added: [Vector; 2],
     pub(super) limited: Vector,
     pub(super) near_limit: bool,
     pub(super) without_limit: Vector,
+    pub(super) by_component: Vector,
+    /// Against rolling by the spin of the first and of the second alone, and by the twist.
+    pub(super) rolling_alone: [Vector; 2],
+    pub(super) twist_as_rolling: Vector,
     /// The normal forces times the radius, against the spin.
     pub(super) rolling: Vector,
 }
@@ -96,7 +101,7 @@ impl<'a> Follower<'a> {
             run,
             before: BTreeMap::new(),
             ended: BTreeMap::new(),
-            held: Vec::new(),
+            seen: Seen::default(),
         }
     }
 
@@ -139,11 +144,16 @@ impl<'a> Follower<'a> {
                     .iter()
                     .chain(there.iter().filter(|(ids, _)| !to_be.contains_key(*ids)));
                 let all = all.filter(|(_, overlap)| **overlap < 0.0);
-                self.held.extend(all.map(|(ids, overlap)| {
-                    (
-                        overlap / reference.lets_go_at(*ids),
-                        there.contains_key(ids),
-                    )
+                self.seen.held.extend(all.map(|(ids, overlap)| Held {
+                    share: overlap / reference.lets_go_at(*ids),
+                    is_there: there.contains_key(ids),
+                    radii: {
+                        let second = given.radius[ids.1 as usize];
+                        [
+                            given.radius.get(ids.0 as usize).copied().unwrap_or(second),
+                            second,
+                        ]
+                    },
                 }));
             }
             let loads = self.contacts(&reference, now, at, rows);
@@ -170,7 +180,7 @@ impl<'a> Follower<'a> {
         }
         .rows()
         .peekable();
-        let mut after = BTreeMap::new();
+        let (mut after, mut slid) = (BTreeMap::new(), Vec::new());
         for row in Table::from(now).rows() {
             let (contact, ids) = (row.contact, row.ids());
             while own.next_if(|own| own.ids() < ids).is_some() {}
@@ -209,6 +219,7 @@ impl<'a> Follower<'a> {
                     slip: sum(was.parts.slips),
                     moments: was.parts.moments,
                     without_limit: was.parts.without_limit,
+                    by_component: was.parts.by_component,
                 };
                 (told, cut)
             };
@@ -316,10 +327,7 @@ impl<'a> Follower<'a> {
                 "the spring's force of the step before", 0.0 => one(elastic);
                 "the dashpot's force of the step before", 0.0 => one(viscous);
             });
-            let punch = now
-                .punch
-                .filter(|_| parts.first == Body::Punch)
-                .map_or(0.0, |punch| punch.velocity);
+            let by_first = parts.first_alone.map(|first| one(first.0));
             let first = was.map_or([parts.k_s, parts.c_n], |was| was.first);
             let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
             let grown = share(parts.c_n - first[1], parts.c_n);
@@ -335,7 +343,9 @@ impl<'a> Follower<'a> {
             });
             of_normal.extend(terms! {
                 "the size of the dashpot's force", 0.0 => one(parts.viscous.abs());
-                "the dashpot's force by the punch's velocity", 1.0 => one(parts.c_n * punch * normal[2]);
+                "the dashpot's force by the punch's velocity", 1.0 => by_first[0];
+                "the dashpot's force by the punch's velocity put along x", 0.0 => by_first[1];
+                "the dashpot's force by the punch's velocity put along y", 0.0 => by_first[2];
             });
             let whole = parts.elastic + parts.viscous - parts.pull;
             let is_cut = (parts.normal_force - whole).abs() > ROUNDED * size;
@@ -354,12 +364,12 @@ impl<'a> Follower<'a> {
                 ROUNDED * size + loose,
                 of_normal,
             );
-            self.tangential(
+            slid.extend(self.tangential(
                 &parts,
                 (tangential, normal, u, loose, turned),
                 (was.zip(told), outlived.unwrap_or_default()),
                 &mut add,
-            );
+            ));
             let is_near = hypot(parts.without_limit) > STICKS * parts.most_moment;
             let has_rolled = is_near || was.is_some_and(|was| was.has_rolled);
             // Loads by what is written.
@@ -406,13 +416,15 @@ impl<'a> Follower<'a> {
                 for at in [0, 1] {
                     add(&mut load.moments[at], parts.moments[at]);
                     add(&mut load.added[at], parts.added[at]);
+                    add(&mut load.rolling_alone[at], parts.rolling_alone[at]);
+                    match which {
+                        0 => add(&mut load.moments_on_first[at], parts.moments[at]),
+                        2 => add(&mut load.moments_at_walls[at], parts.moments[at]),
+                        _ => {}
+                    }
                 }
-                let both = plus(parts.moments[0], parts.moments[1]);
-                match which {
-                    0 => add(&mut load.moments_on_first, both),
-                    2 => add(&mut load.moments_at_walls, both),
-                    _ => {}
-                }
+                add(&mut load.twist_as_rolling, parts.twist_as_rolling);
+                add(&mut load.by_component, parts.by_component);
                 if parts.moments[0] != parts.without_limit {
                     add(&mut load.limited, parts.moments[0]);
                 }
@@ -433,6 +445,7 @@ impl<'a> Follower<'a> {
                 },
             );
         }
+        self.seen.slid.extend(slid);
         let ended = std::mem::replace(&mut self.before, after);
         self.ended.extend(
             ended
@@ -463,22 +476,23 @@ impl<'a> Follower<'a> {
         loads
     }
 
-    /// A tangential force: that of a contact that begins or goes on, and that sticks or slides for certain.
+    /// A tangential force: that of a contact that begins or goes on, and that sticks or slides for certain. Of one that stuck a
+    /// step before its spring's force over Coulomb's limit, and whether it is cut.
     fn tangential(
         &self,
         parts: &Parts,
         (tangential, normal, u, loose, turned): (Vector, Vector, f64, f64, f64),
         (before, outlived): Past<'_>,
         add: &mut dyn FnMut(usize, Vector, f64, Vec<Term>),
-    ) {
+    ) -> Option<(f64, bool)> {
         let case = self.case;
         let rules = case.model.law.resolved(case.model.rules);
         if !case.model.law.has_friction() {
-            return;
+            return None;
         }
         let kept_is_told = rules.spring_when_sliding == SpringWhenSliding::Limited;
         if before.is_some_and(|(_, (_, cut))| cut && !kept_is_told) {
-            return;
+            return None;
         }
         let across = |vector: Vector| minus(vector, times(dot(vector, normal), normal));
         let (slip, braking) = (sum(parts.slips), sum(parts.brakings));
@@ -528,7 +542,8 @@ impl<'a> Follower<'a> {
         let was_cut = before.is_some_and(|(_, (_, cut))| cut);
         if !told.is_finite() {
             let quantity = if begins { NEW_STICKS } else { STICKING };
-            return add(quantity, tangential, 1.0, Vec::new());
+            add(quantity, tangential, 1.0, Vec::new());
+            return None;
         }
         let is_early = !was_cut && size < limit / SLIDES && is_at(told, limit, turned);
         let mut terms: Vec<Term>;
@@ -547,7 +562,9 @@ impl<'a> Follower<'a> {
                 "the dashpot's force by the centres", has(!none) => parts.brakings[0];
                 "k_s·Δt·slip of the first one's spin", parts.share => parts.slips[1];
                 "k_s·Δt·slip of the second one's spin", parts.share => parts.slips[2];
-                "k_s·Δt·slip of the punch's velocity", parts.share => parts.slip_of_first;
+                "k_s·Δt·slip of the punch's velocity", parts.share => parts.first_alone[0].1;
+                "k_s·Δt·slip of the punch's velocity put along x", 0.0 => times(parts.share, parts.first_alone[1].1);
+                "k_s·Δt·slip of the punch's velocity put along y", 0.0 => times(parts.share, parts.first_alone[2].1);
                 "k_s·Δt·slip of the spins, times u/(R₁ + R₂),", 0.0 => times(u_of, spins(&parts.slips));
                 "k_s·Δt·slip of the centres, times u/(R₁ + R₂),", 0.0 => times(u_of, parts.slips[0]);
             };
@@ -599,7 +616,7 @@ impl<'a> Follower<'a> {
                 false => SLIDING,
             };
         } else {
-            return;
+            return None;
         }
         if !is_early {
             terms.extend(of_before);
@@ -614,6 +631,8 @@ impl<'a> Follower<'a> {
                 .max(1.0e-3 * parts.tangent * parts.elastic.abs())
         };
         add(quantity, off, ROUNDED * scale + loose, terms);
+        let is_of_slid = [NOT_CUT, SLIDING].contains(&quantity) && !begins && !was_cut;
+        is_of_slid.then(|| (size / limit, quantity != NOT_CUT))
     }
 }
 
