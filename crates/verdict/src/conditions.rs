@@ -323,9 +323,10 @@ pub(crate) fn of_contacts(
             0.0
         }
     });
-    // Where each stands among all, and among those of its first and of its second body that have rising ids.
+    // Where each stands among all, among those of its first and of its second body that have rising ids, and among those at walls.
     let mut counts: BTreeMap<(u32, bool), f64> = BTreeMap::new();
-    let mut places: BTreeMap<(u32, u32), [f64; 5]> = BTreeMap::new();
+    let mut at_walls: BTreeMap<u32, f64> = BTreeMap::new();
+    let mut places: BTreeMap<(u32, u32), [f64; 6]> = BTreeMap::new();
     for (place, contact) in (1..).map(f64::from).zip(&own.contacts) {
         let (one, two) = contact.ids();
         let mut next = |id: u32, is_first: bool| {
@@ -339,10 +340,11 @@ pub(crate) fn of_contacts(
             both.into_iter().flatten().sum()
         };
         let of_both = [one, two].map(|id| so_far(id, &counts));
-        places.insert(
-            (one, two),
-            [place, as_first, as_second, of_both[0], of_both[1]],
-        );
+        let walls = at_walls.entry(two).or_default();
+        let of_walls = if ids.is_grain(one) { 0.0 } else { *walls + 1.0 };
+        *walls = walls.max(of_walls);
+        let values = [place, as_first, as_second, of_both[0], of_both[1], of_walls];
+        places.insert((one, two), values);
     }
     let words = [
         "their place in the table of contacts",
@@ -350,6 +352,7 @@ pub(crate) fn of_contacts(
         "their place among those of their second grain with a lower id",
         "their place among those of their first body",
         "their place among those of their second grain",
+        "their place among walls and punch that their grain touches",
     ];
     for (at, words) in words.into_iter().enumerate() {
         properties.number(words, |row| places[&row.ids()][at]);
@@ -605,6 +608,14 @@ mod tests {
         let said = told(&third);
         let of_grain = "among those of their first body with a higher id is 4 or more";
         assert!(said.contains(of_grain), "{said}");
+        // A grain touches one wall at most.
+        let is_at_wall = |row: &(u32, u32)| row.0 as usize >= own.bodies.len();
+        let at_walls: Vec<(u32, u32)> = rows.iter().copied().filter(is_at_wall).collect();
+        let is_later = |at: &usize| at_walls[..*at].iter().any(|row| row.1 == at_walls[*at].1);
+        let later = (0..at_walls.len()).filter(is_later);
+        let said = told(&later.map(|at| at_walls[at]).collect::<Vec<_>>());
+        let of_walls = "their place among walls and punch that their grain touches is 2 or more";
+        assert!(said.contains(of_walls), "{said}");
     }
 
     #[test]

@@ -427,20 +427,22 @@ impl Envelope {
         None
     }
 
-    /// The smallest fault in this constant, relative, with which the native engine would have left the replicas: from one run
-    /// with a small fault, to which the distances are proportional, and confirmed by a run with the fault that was found. None
-    /// where the constant changes nothing.
-    pub fn detection_limit(&self, constant: Constant) -> Result<Option<f64>, NativeError> {
+    /// About the smallest fault in this constant, relative, with which the native engine would have left the replicas: from one run with
+    /// a small fault, to which the distances are proportional. None where the constant changes nothing.
+    pub fn detection_limit_about(&self, constant: Constant) -> Result<Option<f64>, NativeError> {
         if !constant.is_in(&self.case) {
             return Ok(None);
         }
-        let Some(far) = self.faulty(constant, PROBE)?.filter(|far| far.ratio > 0.0) else {
-            return Ok(None);
-        };
-        let mut limit = PROBE * FACTOR / far.ratio;
+        let far = self.faulty(constant, PROBE)?.filter(|far| far.ratio > 0.0);
+        Ok(far.map(|far| PROBE * FACTOR / far.ratio))
+    }
+
+    /// The smallest one, from about which it is, confirmed by a run with the fault that was found.
+    pub fn detection_limit(&self, constant: Constant, about: f64) -> Result<f64, NativeError> {
+        let mut limit = about;
         // Rounding adds to the distances and now and then takes from them.
         for _ in 0..4 {
-            limit *= 1.5;
+            limit *= LARGER;
             if limit > 1.0
                 || self
                     .faulty(constant, limit)?
@@ -449,7 +451,7 @@ impl Envelope {
                 break;
             }
         }
-        Ok(Some(limit))
+        Ok(limit)
     }
 
     /// How far the native engine is off with this constant larger by so much.
@@ -524,6 +526,8 @@ pub fn of_replica(noise: Noise, replica: usize) -> Noise {
 
 /// A fault that is large against rounding and small against everything else.
 const PROBE: f64 = 1.0e-7;
+/// A detection limit is at least so many times as large as what one run says.
+pub(crate) const LARGER: f64 = 1.5;
 
 /// At least so many grains tell how many digits are written.
 const ENOUGH: usize = 50;

@@ -14,7 +14,7 @@ use grains::variant::{self, Form, Variant};
 use serde::Serialize;
 
 use crate::causes::{Cause, causes};
-use crate::envelope::{self, Envelope, Farthest, Resolution};
+use crate::envelope::{self, Envelope, Farthest, LARGER, Resolution};
 use crate::excerpt::Excerpt;
 use crate::exercise::{self, Count, Range};
 use crate::starts::{Bed, LARGE_STATE, State};
@@ -211,7 +211,13 @@ impl Judgement {
             }
         }
         let known: Vec<String> = self.causes.iter().map(Cause::sentence).collect();
-        let new = |cause: &Cause| !known.contains(&cause.sentence());
+        let terms = self.causes.iter().flat_map(|cause| &cause.terms);
+        let terms: BTreeSet<String> = terms.cloned().collect();
+        let new = |cause: &Cause| {
+            let of_it = &cause.terms;
+            let is_told = !of_it.is_empty() && of_it.iter().all(|term| terms.contains(term));
+            !is_told && !known.contains(&cause.sentence())
+        };
         self.causes.extend(space.causes.into_iter().filter(new));
         self.written.extend(space.written);
         self.condition = self.condition.or(space.condition);
@@ -340,7 +346,8 @@ pub(crate) struct Answers<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Native {
     pub envelope: Envelope,
-    limits: Vec<(Constant, f64)>,
+    /// About which, and what they are once they are asked for.
+    limits: Vec<(Constant, f64, Arc<OnceLock<f64>>)>,
 }
 
 /// A state with what is known of it and what an engine made of it.
@@ -381,11 +388,11 @@ impl Native {
         }
         let constants: Vec<Constant> = Constant::all().collect();
         let all = in_parallel(constants.len(), |at| {
-            envelope.detection_limit(constants[at])
+            envelope.detection_limit_about(constants[at])
         });
         let mut limits = Vec::new();
         for (constant, limit) in constants.into_iter().zip(all) {
-            limits.extend(limit?.map(|limit| (constant, limit)));
+            limits.extend(limit?.map(|about| (constant, about, Arc::default())));
         }
         Ok(Native { envelope, limits })
     }
@@ -664,7 +671,7 @@ impl Reference {
             judgement.starts.push(judged);
         }
         judgement.declared = self.declared(&all);
-        judgement.limits = limits(&all);
+        judgement.limits = limits(&all)?;
         judgement.counts = exercise::counts(all.iter().map(Answered::run));
         judgement.ranges = exercise::ranges(all.iter().map(Answered::run));
         if judgement.of_states() != Verdict::Different {
@@ -768,20 +775,56 @@ fn apart(one: &[Snapshot], two: &[Snapshot]) -> f64 {
 }
 
 /// For each constant the smallest fault that any of the states that were looked at shows.
-fn limits(all: &[Answered]) -> Vec<Limit> {
-    let mut limits: Vec<Limit> = Vec::new();
-    for answered in all.iter().filter(|answered| answered.farthest.is_some()) {
-        let limit = |(constant, smallest): &(Constant, f64)| Limit {
-            constant: constant.symbol(),
-            smallest: *smallest,
-            law: answered.asked.law.clone(),
-            start: answered.asked.start.clone(),
-        };
-        limits.extend(answered.native.limits.iter().map(limit));
+fn limits(all: &[Answered]) -> Result<Vec<Limit>, NativeError> {
+    let all = || all.iter().filter(|answered| answered.farthest.is_some());
+    let known = all().flat_map(|answered| &answered.native.limits);
+    let mut constants: Vec<Constant> = Vec::new();
+    for (constant, ..) in known {
+        if !constants.contains(constant) {
+            constants.push(*constant);
+        }
     }
-    // The first of several that are as small.
+    let least = in_parallel(constants.len(), |at| {
+        let constant = constants[at];
+        let of_states = all().flat_map(|answered| {
+            let limits = answered.native.limits.iter();
+            limits.map(move |(of_state, about, limit)| (of_state, *about, limit, answered))
+        });
+        let of_states = of_states.filter(|(of_state, ..)| **of_state == constant);
+        let mut of_states: Vec<_> = of_states.collect();
+        // The first of several that are as small.
+        of_states.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let mut least: Option<Limit> = None;
+        for (_, about, limit, answered) in of_states {
+            if least
+                .as_ref()
+                .is_some_and(|least| about * LARGER >= least.smallest)
+            {
+                break;
+            }
+            let envelope = &answered.native.envelope;
+            let smallest = match limit.get() {
+                Some(known) => *known,
+                None => {
+                    let made = envelope.detection_limit(constant, about)?;
+                    *limit.get_or_init(|| made)
+                }
+            };
+            if least.as_ref().is_none_or(|least| smallest < least.smallest) {
+                least = Some(Limit {
+                    constant: constant.symbol(),
+                    smallest,
+                    law: answered.asked.law.clone(),
+                    start: answered.asked.start.clone(),
+                });
+            }
+        }
+        Ok(least)
+    });
+    let least: Result<Vec<Option<Limit>>, NativeError> = least.into_iter().collect();
+    let mut limits: Vec<Limit> = least?.into_iter().flatten().collect();
     limits.sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
     let mut seen = BTreeSet::new();
     limits.retain(|limit| seen.insert(limit.constant));
-    limits
+    Ok(limits)
 }

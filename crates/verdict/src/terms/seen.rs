@@ -45,6 +45,9 @@ pub(super) const VELOCITIES: [&str; 3] = [
     "the velocity after it",
 ];
 
+/// Of two grains with these.
+type Radius = fn(f64, f64) -> f64;
+
 /// So near to its end a contact may have ended or not.
 const END: f64 = 1.0e-6;
 /// The last one that is there is so near to where it ends.
@@ -76,7 +79,7 @@ impl Seen {
             return None;
         }
         // An overlap of Johnson, Kendall and Roberts goes by the cube root of the radius.
-        let radii: [(&str, fn(f64, f64) -> f64); 6] = [
+        let radii: [(&str, Radius); 6] = [
             ("R₁", |one, _| one),
             ("R₂", |_, two| two),
             ("R₁ + R₂", |one, two| one + two),
@@ -84,7 +87,7 @@ impl Seen {
             ("min(R₁, R₂)", f64::min),
             ("max(R₁, R₂)", f64::max),
         ];
-        let ends_with = |radius: fn(f64, f64) -> f64| {
+        let ends_with = |radius: Radius| {
             ends(&|one| {
                 let [first, second] = one.radii;
                 let usual = first * second / (first + second);
@@ -214,7 +217,7 @@ mod tests {
         };
         assert_eq!(slid(&|_| true).slides_later(), None);
         assert_eq!(
-            slid(&|share| (share * 50.0) as u32 % 2 == 0).slides_later(),
+            slid(&|share| ((share * 50.0) as u32).is_multiple_of(2)).slides_later(),
             None
         );
         let told = slid(&|share| share > 1.2)
@@ -226,7 +229,7 @@ mod tests {
     #[test]
     fn a_sign_of_another_power_is_told() {
         let damped = |force: usize, velocity: usize| {
-            let values = (0..30).map(|at| {
+            let values = (1..31).map(|at| {
                 let power = |which: usize| f64::from(at * (1 + which as u32)).sin();
                 let by = std::array::from_fn(|force| {
                     std::array::from_fn(|velocity| Some(power(3 * force + velocity)))
