@@ -350,10 +350,45 @@ fn positive(values: &[f64]) -> Vec<f64> {
 /// Shapes that are looked at.
 const SHAPES: [f64; 2] = [1.0e-3, 1.0e4];
 
-/// Where a falling function is zero between these ends, by halving on a logarithmic scale.
+/// Where a falling function is zero between these ends, by halving on a logarithmic scale. Farther than this share from where it seems to be
+/// zero its sign is known without computing it, which is most of the work.
 fn falling_root(ends: [f64; 2], function: impl Fn(f64) -> f64) -> Option<f64> {
+    const NEAR: f64 = 1.0e-12;
     let [low, high] = ends.map(&function);
-    (low > 0.0 && high < 0.0).then(|| halved(ends, 80, |value| function(value) > 0.0))
+    (low > 0.0 && high < 0.0).then(|| {
+        let around = seemingly_zero(ends, &function).map(|x| [x * (1.0 - NEAR), x * (1.0 + NEAR)]);
+        let [above, below] = around
+            .filter(|[low, high]| function(*low) > 0.0 && function(*high) < 0.0)
+            .unwrap_or(ends);
+        halved(ends, 80, |value| {
+            value <= above || value < below && function(value) > 0.0
+        })
+    })
+}
+
+/// By secants, from where eight halvings end; none where they lead out of what these leave.
+fn seemingly_zero(ends: [f64; 2], function: impl Fn(f64) -> f64) -> Option<f64> {
+    let [mut low, mut high] = ends;
+    for _ in 0..8 {
+        let middle = (low * high).sqrt();
+        *if function(middle) > 0.0 {
+            &mut low
+        } else {
+            &mut high
+        } = middle;
+    }
+    let [mut before, mut now] = [(low, function(low)), (high, function(high))];
+    for _ in 0..20 {
+        let next = now.0 - now.1 * (now.0 - before.0) / (now.1 - before.1);
+        if !(low..=high).contains(&next) {
+            return None;
+        }
+        if (next - now.0).abs() <= 1.0e-13 * next {
+            return Some(next);
+        }
+        (before, now) = (now, (next, function(next)));
+    }
+    None
 }
 
 #[cfg(test)]
@@ -381,6 +416,22 @@ pub(super) mod tests {
 
     pub fn laplace(location: f64, scale: f64) -> Distribution {
         Distribution::Laplace { location, scale }
+    }
+
+    /// Bit by bit, also where a function bends as strongly as these do at their ends.
+    #[test]
+    fn a_root_is_that_of_halving_alone() {
+        for exponent in 1..200 {
+            let wanted = (-0.1 * f64::from(exponent)).exp() * 500.0;
+            let function = |k: f64| k.ln() - digamma(k) - wanted;
+            let sums = |k: f64| (1..50).map(|at| (-k * f64::from(at)).exp()).sum::<f64>() - wanted;
+            for function in [&function as &dyn Fn(f64) -> f64, &sums] {
+                let [low, high] = SHAPES.map(function);
+                let plainly = (low > 0.0 && high < 0.0)
+                    .then(|| halved(SHAPES, 80, |value| function(value) > 0.0));
+                assert_eq!(falling_root(SHAPES, function), plainly, "{wanted}");
+            }
+        }
     }
 
     /// Fits and log-likelihoods computed independently with scipy 1.17.1 (`fit(x, floc=0)`, `logpdf`).

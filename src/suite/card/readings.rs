@@ -18,6 +18,9 @@ use grains::vector::{dot, hypot, minus, times};
 
 /// Steps in a contact time where a rebound is read.
 const STEPS_OF_BOUNCE: u64 = 1000;
+/// Of Coulomb's limit a step adds so much where a grain begins to slide, in so many steps.
+const SHARE_OF_LIMIT: f64 = 0.04;
+const STEPS_TO_SLIDE: u64 = 50;
 /// N·m/rad.
 const BENDING: f64 = 2.0e-3;
 /// Between bodies that do not touch yet, m.
@@ -39,6 +42,7 @@ impl Meeting {
         list.pulls();
         list.friction();
         list.damped_friction();
+        list.friction_before_sliding();
         list.rebounds();
         list.choices();
         list.arms();
@@ -162,20 +166,27 @@ impl List {
 
     fn springs(&mut self) {
         let (meeting, overlap, unit) = (self.meeting, self.overlap(), self.unit());
-        self.add_at_rates(
-            ("k-n", "normal stiffness", unit),
-            ("overlap", "deep"),
-            |rate| {
+        // A spring may be another one while bodies part, as they do where they start at rest.
+        let both = [
+            ("k-n", "normal stiffness", 0.0),
+            (
+                "k-n-approach",
+                "normal stiffness while bodies approach",
+                SPEED,
+            ),
+        ];
+        for (key, name, inward) in both {
+            self.add_at_rates((key, name, unit), ("overlap", "deep"), |rate| {
                 let law = meeting.law(1.0, 0.0);
-                let case = meeting.meeting(law, rate * overlap, [0.0; 2], vec![0, 1, 2]);
+                let case = meeting.meeting(law, rate * overlap, [0.0, inward], vec![0, 1, 2]);
                 let [asked, _] = meeting.stiffness(&case.model.law);
                 let read = move |track: &Track| {
                     let power = meeting.power();
                     meeting.force(track, 1, DT)[0] / meeting.overlap(track, 1).powf(power)
                 };
                 (case, asked, Box::new(read))
-            },
-        );
+            });
+        }
     }
 
     fn dashpots(&mut self) {
@@ -353,6 +364,28 @@ impl List {
         self.add(named, case, asked, move |track| {
             let [out, along, across] = meeting.force(track, 2, DT);
             along.hypot(across) / out.abs()
+        });
+    }
+
+    /// What sticks may bear more than what slides: the largest share of the normal force on the way to sliding.
+    fn friction_before_sliding(&mut self) {
+        let (meeting, overlap) = (self.meeting, self.overlap());
+        let law = meeting.law(1.0, 0.5f64.atan());
+        let asked = angle_of_last(&law).tan();
+        let [k_n, k_s] = meeting.stiffness(&law);
+        let speed = SHARE_OF_LIMIT * asked * k_n / k_s * overlap / DT;
+        let case = meeting.meeting(law, overlap, [speed, 0.0], (0..=STEPS_TO_SLIDE).collect());
+        let named = (
+            "friction-before-sliding",
+            "largest friction before it slides",
+            "",
+        );
+        self.add(named, case, asked, move |track| {
+            let shares = (1..STEPS_TO_SLIDE).map(|step| {
+                let [out, along, across] = meeting.force(track, step, DT);
+                along.hypot(across) / out.abs()
+            });
+            shares.fold(0.0, f64::max)
         });
     }
 
