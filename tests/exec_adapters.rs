@@ -277,24 +277,6 @@ fn friction_in_lammps_has_no_stretched_slip_another_turning_and_whole_arms_at_wa
     }
 }
 
-/// It damps by the velocity before the kick, and says so.
-fn is_native_under_its_rule(adapter_name: &str, code: i32) {
-    let check = format!(
-        "engine check {} --quiet --grains 100",
-        adapter(adapter_name)
-    );
-    let (text, _) = ends(&new_folder(), code, &check.words());
-    has(
-        &text,
-        [
-            "rules that it declares",
-            "damping_velocity = before",
-            "spheres in space",
-        ],
-    );
-    assert!(!text.contains("different  "), "{text}");
-}
-
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs ESyS-Particle: --features live")]
 fn esysparticle_is_native_up_to_rounding_but_for_damping() {
@@ -314,7 +296,16 @@ fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
     alike_up_to_rounding(&bed, "kratos.py");
     bed.punch = Some(first_contact_punch(&scene, &bed.bodies));
     alike_up_to_rounding(&bed, "kratos.py");
-    is_native_under_its_rule("kratos.py", 3);
+    // It damps by the velocity before the kick, and says so.
+    let check = format!("engine check {} --quiet --grains 100", adapter("kratos.py"));
+    let (text, _) = ends(folder, 3, &check.words());
+    let words = [
+        "rules that it declares",
+        "damping_velocity = before",
+        "spheres in space",
+    ];
+    has(&text, words);
+    assert!(!text.contains("different  "), "{text}");
     rules_are_found("kratos", 3, 0.05, "damping_velocity = before; all others");
 }
 

@@ -134,6 +134,15 @@ fn nonsense_in_some_states_is_told_with_what_they_have() {
         &answer(&found),
         ["it wrote nonsense: case", "a NaN", condition],
     );
+    // Of a bed that an engine may refuse, and of a start that is changed a little, nonsense is seen too.
+    for breaks_at in [
+        (|case| case.bodies.len() > 1000) as fn(&Case) -> bool,
+        |case| case.moments == [1],
+    ] {
+        let found = judged(breaks_at).expect("a judgement");
+        assert_eq!(found.verdict(), Verdict::Different);
+        has(&answer(&found), ["it wrote nonsense"]);
+    }
     // Where there is nothing else, it is no engine.
     assert!(judged(|_| true).is_err());
 }

@@ -118,7 +118,7 @@ pub fn first_steps(
         found.not_asked.clear();
     }
     // What it lacks it lacks in a small bed too.
-    let refused = found.starts.iter().all(|start| start.skipped.is_some());
+    let refused = found.starts.iter().all(OfStart::was_refused);
     if refused && !found.starts.is_empty() && beds.grains > SMALL {
         found = from(small, Some(SMALL))?;
     }
@@ -148,7 +148,7 @@ pub fn identify(
     };
     let found = from(grains)?;
     let mut starts = found.judgement.starts.iter();
-    match grains > SMALL && starts.all(|start| start.skipped.is_some()) {
+    match grains > SMALL && starts.all(OfStart::was_refused) {
         true => from(SMALL),
         false => Ok(found),
     }
@@ -234,16 +234,17 @@ fn by_halves(engine: &dyn Engine, cases: &[&Case]) -> Result<Vec<Answer>, Engine
     let is_nonsense = |made: &Result<Vec<Answer>, EngineError>| {
         matches!(made, Err(EngineError::Program(ProgramError::Nonsense(_))))
     };
-    let ends = |cases: &[&Case]| match cases {
-        [first, .., last] => [first, last]
-            .map(|case| run(&[*case]))
-            .iter()
-            .all(is_nonsense),
-        _ => true,
-    };
     let made = run(cases);
+    let (Some(first), Some(last)) = (cases.first(), cases.last()) else {
+        return made;
+    };
     // Of what is nonsense at both ends no case need be blamed.
-    if !is_nonsense(&made) || ends(cases) {
+    let is_all = || {
+        [first, last]
+            .into_iter()
+            .all(|case| is_nonsense(&run(&[*case])))
+    };
+    if !is_nonsense(&made) || is_all() {
         return made;
     }
     let mut answers = Vec::with_capacity(cases.len());

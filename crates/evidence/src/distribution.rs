@@ -350,10 +350,11 @@ fn positive(values: &[f64]) -> Vec<f64> {
 /// Shapes that are looked at.
 const SHAPES: [f64; 2] = [1.0e-3, 1.0e4];
 
-/// Where a falling function is zero between these ends, by halving on a logarithmic scale. Farther than this share from where it seems to be
-/// zero its sign is known without computing it, which is most of the work.
+/// A sign is computed where a value is nearer than this share to where the function seems to be zero; elsewhere it is known.
+const NEAR: f64 = 1.0e-12;
+
+/// Where a falling function is zero between these ends, by halving on a logarithmic scale. Computing it is most of the work.
 fn falling_root(ends: [f64; 2], function: impl Fn(f64) -> f64) -> Option<f64> {
-    const NEAR: f64 = 1.0e-12;
     let [low, high] = ends.map(&function);
     (low > 0.0 && high < 0.0).then(|| {
         let around = seemingly_zero(ends, &function).map(|x| [x * (1.0 - NEAR), x * (1.0 + NEAR)]);

@@ -81,6 +81,11 @@ impl OfStart {
         }
     }
 
+    /// Nothing is known of it, as of no state of which it wrote nonsense or other moments.
+    pub fn was_refused(&self) -> bool {
+        self.skipped.is_some() && self.verdict != Verdict::Different
+    }
+
     /// How far off it is, and where.
     pub fn in_words(&self) -> String {
         let steps = |count: u64| format!("{count} {}", if count == 1 { "step" } else { "steps" });
@@ -332,6 +337,11 @@ pub struct Reference {
     unseen: Arc<Mutex<BTreeMap<Vec<usize>, Vec<String>>>>,
 }
 
+fn is_nonsense(answer: &Answer) -> bool {
+    let reason = answer.as_ref().err();
+    reason.is_some_and(|reason| reason.starts_with(NONSENSE))
+}
+
 /// What an engine made of the states that it was handed.
 #[derive(Debug, Clone)]
 pub(crate) struct Answers<'a> {
@@ -578,11 +588,20 @@ impl Reference {
         let asked: Vec<&Case> = probes.iter().flatten().chain(cases).collect();
         let mut of_cases = engine(&asked)?;
         let mut resolution = Resolution::DOUBLE;
+        let mut nonsense = BTreeMap::new();
         for (case, probes) in probed.iter().zip(&probes) {
             let rest = of_cases.split_off(probes.len().min(of_cases.len()));
             let answers = std::mem::replace(&mut of_cases, rest);
+            let of_probe = answers.iter().find(|answer| is_nonsense(answer)).cloned();
+            nonsense.extend(of_probe.map(|answer| (case.name.as_str(), answer)));
             let measured = Resolution::measured(case, &answers);
             resolution = measured.map_or(resolution, |measured| resolution.coarser(measured));
+        }
+        // A start that is changed a little is no less of an answer to this state.
+        for ((_, state), answer) in states.iter().zip(&mut of_cases) {
+            if let Some(of_probe) = nonsense.remove(state.case.name.as_str()) {
+                *answer = of_probe;
+            }
         }
         Ok(Answers {
             states,
@@ -626,16 +645,16 @@ impl Reference {
         for (((index, _), state), answer) in states.into_iter().zip(&judged_states).zip(of_states) {
             let mut judged = OfStart::new(&state.law, &state.start, &state.key);
             match answer {
+                answer if is_nonsense(&answer) => {
+                    judged.verdict = Verdict::Different;
+                    judged.skipped = answer.err();
+                    nonsense.push((&state.case, true));
+                }
                 // So many grains are more than some engines are for.
                 Err(_) if state.key == LARGE_STATE => {
                     let lacking = format!("beds of {} grains", state.case.bodies.len());
                     judgement.not_asked.push(state.not_asked(lacking));
                     continue;
-                }
-                Err(reason) if reason.starts_with(NONSENSE) => {
-                    judged.verdict = Verdict::Different;
-                    judged.skipped = Some(reason);
-                    nonsense.push((&state.case, true));
                 }
                 // Nothing need be known of it.
                 Err(reason) => judged.skipped = Some(reason),

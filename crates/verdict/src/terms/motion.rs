@@ -105,15 +105,9 @@ impl Follower<'_> {
                 .fold(hypot(weight), f64::max);
             let least =
                 ROUNDED * largest + 4.0 * f64::EPSILON * mass * hypot(v1).max(hypot(v0)) / dt;
-            if model.alpha != 0.0 {
-                let before = before.map(|before| before[id].force());
-                let forces = [
-                    Some(acting),
-                    Some(forces),
-                    Some(weight),
-                    before.map(|before| plus(before, weight)),
-                    before,
-                ];
+            if let (true, Some(before)) = (model.alpha != 0.0, before) {
+                let before = before[id].force();
+                let forces = [acting, forces, weight, plus(before, weight), before];
                 let is_clear = |axis: &usize| model.alpha * acting[*axis].abs() > CLEAR * least;
                 damped.extend([0, 1, 2].into_iter().filter(is_clear).map(|axis| {
                     let (force, gained) = (acting[axis], mass * (v1[axis] - v0[axis]) / dt);
@@ -122,12 +116,9 @@ impl Follower<'_> {
                         |sign: &f64| (gained - force * (1.0 - model.alpha * sign)).abs() <= least;
                     let middle = v0[axis] + 0.5 * dt * force / mass;
                     let velocities = [middle, v0[axis], v1[axis]];
-                    let power = |force: Option<Vector>| {
-                        velocities.map(|velocity| force.map(|force| force[axis] * velocity))
-                    };
                     Damped {
                         sign: signs.find(is_so),
-                        by: forces.map(power),
+                        by: forces.map(|force| velocities.map(|velocity| force[axis] * velocity)),
                     }
                 }));
             }

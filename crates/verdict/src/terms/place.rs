@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grains::tables::Snapshot;
+use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
 
 use super::{Of, Row};
@@ -32,8 +32,13 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
     let begins = |row: &Row| match row.subject {
         Of::Contact(one, two) => {
             let before = row.at.1.checked_sub(1).map(|at| &runs[row.at.0].1[at]);
-            let mut before = before.into_iter().flat_map(|moment| &moment.contacts);
-            !before.any(|contact| contact.ids() == (one, two))
+            // Tables have rising ids.
+            before.is_none_or(|moment| {
+                let place = moment
+                    .contacts
+                    .binary_search_by_key(&(one, two), Contact::ids);
+                place.is_err()
+            })
         }
         Of::Grain(_) => false,
     };

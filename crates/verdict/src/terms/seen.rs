@@ -1,8 +1,6 @@
 //! What is no sum of terms and still follows from what is written: where contacts end, where they begin to slide, and which sign local
 //! damping goes by.
 
-use std::collections::BTreeSet;
-
 /// What was seen in some runs.
 #[derive(Default)]
 pub(super) struct Seen {
@@ -27,8 +25,8 @@ pub(super) struct Held {
 pub(super) struct Damped {
     /// By which sign, 0 if by none, as the engine has moved the grain; none if it is damped by another share.
     pub(super) sign: Option<f64>,
-    /// The power of these forces and velocities, in the order of [`FORCES`] and [`VELOCITIES`]; none where there is no step before.
-    pub(super) by: [[Option<f64>; VELOCITIES.len()]; FORCES.len()],
+    /// The power of these forces and velocities, in the order of [`FORCES`] and [`VELOCITIES`].
+    pub(super) by: [[f64; VELOCITIES.len()]; FORCES.len()],
 }
 
 /// Of which the power may have the sign by which damping goes; the model's come first.
@@ -96,11 +94,9 @@ impl Seen {
         };
         let all = radii.map(|(name, radius)| (name, ends_with(radius)));
         let fitting = all.into_iter().filter(|(_, ends)| is_right(*ends));
-        let fitting: Vec<(&str, f64)> = fitting.map(|(name, (_, last))| (name, last)).collect();
-        // A larger one is no worse as long as none is gone; it is the one that some come near to.
-        let nearest = fitting.iter().map(|one| one.1).fold(0.0, f64::max);
-        let fitting = fitting.iter().filter(|one| one.1 >= NEAR * nearest);
-        let fitting: Vec<&str> = fitting.map(|one| one.0).collect();
+        // A larger one is no worse as long as none is gone; it is one that some come near to.
+        let fitting = fitting.filter(|(_, (_, last))| *last >= NEAR);
+        let fitting: Vec<&str> = fitting.map(|(name, _)| name).collect();
         let by_radius = match fitting.is_empty() {
             true => String::new(),
             false => format!(
@@ -134,14 +130,11 @@ impl Seen {
     pub(super) fn damps_otherwise(&self) -> Option<String> {
         let goes_by = |force: usize, velocity: usize| {
             let is_so = |damped: &&Damped| {
-                let power = damped.by[force][velocity];
-                let is_by = |sign: f64, power: f64| match power {
-                    0.0 => sign == 0.0,
-                    _ => power.signum() == sign,
+                let sign = match damped.by[force][velocity] {
+                    0.0 => 0.0,
+                    power => power.signum(),
                 };
-                damped
-                    .sign
-                    .is_some_and(|sign| power.is_none_or(|power| is_by(sign, power)))
+                damped.sign == Some(sign)
             };
             self.damped.iter().filter(is_so).count()
         };
@@ -149,12 +142,10 @@ impl Seen {
         if all - goes_by(0, 0) < FEWEST {
             return None;
         }
-        let powers =
+        let mut powers =
             (0..FORCES.len()).flat_map(|force| (0..VELOCITIES.len()).map(move |at| (force, at)));
-        let found: BTreeSet<(usize, usize)> = powers
-            .filter(|(force, velocity)| goes_by(*force, *velocity) == all)
-            .collect();
-        let (force, velocity) = *found.first()?;
+        let (force, velocity) =
+            powers.find(|(force, velocity)| goes_by(*force, *velocity) == all)?;
         Some(format!(
             "velocities: local damping goes by the sign of ({})·({}) in the place of ({})·({})",
             FORCES[force], VELOCITIES[velocity], FORCES[0], VELOCITIES[0]
@@ -195,7 +186,16 @@ mod tests {
         for end in [0.5, 1.5] {
             let told = held(&|_, _| end).ends_elsewhere().unwrap_or_default();
             assert!(told.contains(&format!("until {end:.3} of")), "{told}");
+            assert!(!told.contains("in the place"), "{told}");
         }
+        // Where nothing was asked for beyond the last one that is there, it may be any larger one.
+        let mut open = held(&|_, _| 1.4);
+        open.held.retain(|one| one.is_there);
+        let told = open.ends_elsewhere().unwrap_or_default();
+        assert!(
+            told.contains("until 1.400 of") && !told.contains("in the place"),
+            "{told}"
+        );
         let by_second = |one: f64, two: f64| (two * (one + two) / (one * two)).cbrt();
         let told = held(&by_second).ends_elsewhere().unwrap_or_default();
         assert!(told.contains("as with R₂ in the place"), "{told}");
@@ -232,7 +232,7 @@ mod tests {
             let values = (1..31).map(|at| {
                 let power = |which: usize| f64::from(at * (1 + which as u32)).sin();
                 let by = std::array::from_fn(|force| {
-                    std::array::from_fn(|velocity| Some(power(3 * force + velocity)))
+                    std::array::from_fn(|velocity| power(3 * force + velocity))
                 });
                 Damped {
                     sign: Some(power(3 * force + velocity).signum()),
