@@ -65,6 +65,8 @@ pub struct Cause {
     pub condition: Option<String>,
     /// Terms of its step that are other ones, from what it writes step by step.
     pub terms: Vec<String>,
+    /// Where none of them is told: what does not follow from the rest that it writes, and where.
+    pub unexplained: Vec<String>,
     /// Which numbers are off first: of contacts, where they are no later than the motion, else of grains.
     pub numbers: Option<String>,
     /// The state, as it is handed to engines.
@@ -210,6 +212,10 @@ impl Cause {
         let possible = near.filter(|fitted| is_possible(fitted));
         let mut hints: Vec<String> = possible.map(hint).collect();
         hints.extend((!forms.is_empty() && self.comes_near).then(|| forms.to_owned()));
+        if !self.unexplained.is_empty() {
+            let follows = "What it writes at each step follows from the rest but for";
+            return format!("{left}. {follows} {}.", self.unexplained.join("; and for "));
+        }
         match hints.is_empty() {
             true => format!(
                 "{left}. No constant and no form of a term that this program knows explains it."

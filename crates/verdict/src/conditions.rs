@@ -17,6 +17,9 @@ use crate::exercise::slides;
 /// How probable a split may be that says nothing, over all that are tried.
 const LEVEL: f64 = 0.05;
 
+/// Of the right ones no more than one of so many has what is said of the wrong ones.
+const MOST_RIGHT: usize = 5;
+
 /// What is known of each of some contacts, grains or states.
 struct Properties<'a, T> {
     all: &'a [T],
@@ -63,6 +66,36 @@ impl<'a, T> Properties<'a, T> {
         Some(format!(
             "{what} where {split}: all {count} of these and none of the other {others}"
         ))
+    }
+
+    /// What all wrong ones have and fewest of the others, and how many of these.
+    fn within(&self) -> Option<(String, usize)> {
+        let wrong = self.wrong.iter().filter(|is| **is).count();
+        let others = self.wrong.len() - wrong;
+        let tried = 2 * (self.has.len() + 2 * self.numbers.len());
+        let right = |has: &dyn Fn(usize) -> bool| {
+            let all = || 0..self.wrong.len();
+            let has_all = all().filter(|at| self.wrong[*at]).all(has);
+            has_all.then(|| all().filter(|at| !self.wrong[*at] && has(*at)).count())
+        };
+        let has = self.has.iter();
+        let has = has.filter_map(|(words, has)| Some((right(&|at| has[at])?, words.clone())));
+        let beyond = self.numbers.iter().flat_map(|(words, values)| {
+            let of_wrong = values.iter().zip(&self.wrong).filter(|(_, wrong)| **wrong);
+            let of_wrong = of_wrong.map(|(value, _)| *value);
+            let least = of_wrong.clone().fold(f64::INFINITY, f64::min);
+            let most = of_wrong.fold(f64::NEG_INFINITY, f64::max);
+            let above = right(&|at| values[at] >= least);
+            let below = right(&|at| values[at] <= most);
+            let above = above.map(|right| (right, format!("{words} is {} or more", plain(least))));
+            let below = below.map(|right| (right, format!("{words} is {} or less", plain(most))));
+            above.into_iter().chain(below)
+        });
+        let (right, words) = has.chain(beyond).min_by_key(|(right, _)| *right)?;
+        let chance = ln_binomial((wrong + right) as u64, wrong as u64)
+            - ln_binomial(self.wrong.len() as u64, wrong as u64);
+        let is_no_chance = chance < (LEVEL / tried as f64).ln();
+        (is_no_chance && MOST_RIGHT * right <= others).then_some((words, right))
     }
 
     /// What splits the wrong ones from all others: one property, two, or a number above or below a value, among those that have a
@@ -128,6 +161,36 @@ impl<'a, T> Properties<'a, T> {
         }
         None
     }
+}
+
+/// Where some rows are wrong: what they have and no other one, or what they all have and few others. Of properties there are words for
+/// rows with and without it.
+pub(crate) fn of_rows<T>(
+    all: &[T],
+    wrong: impl Fn(&T) -> bool,
+    properties: &[([&str; 2], &dyn Fn(&T) -> bool)],
+    numbers: &[(&'static str, &dyn Fn(&T) -> f64)],
+) -> Option<String> {
+    let mut of_all = Properties::new(all, wrong)?;
+    for (words, has) in properties {
+        of_all.add_both(*words, has);
+    }
+    for (words, value) in numbers {
+        of_all.number(words, value);
+    }
+    let count = of_all.wrong.iter().filter(|is| **is).count();
+    let others = all.len() - count;
+    let within = of_all.within();
+    let split = of_all
+        .split()
+        .map(|split| format!("where {split}: all {count} of these and none of the other {others}"));
+    split.or_else(|| {
+        let (words, right) = within?;
+        Some(format!(
+            "{count} of {}, all of them where {words}, as {right} that are right",
+            all.len()
+        ))
+    })
 }
 
 /// Whole numbers, such as ids and counts, in full.

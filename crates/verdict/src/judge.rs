@@ -505,10 +505,18 @@ impl Reference {
         let of_tables = tables.filter(|_| causes.is_empty() && resolution.is_double());
         let open = causes.iter_mut().filter(|cause| !cause.explained);
         let open = open.filter(|_| resolution.moves_in_double());
-        let asked = open.map(|cause| (cause.law.clone(), true, &mut cause.terms));
+        let asked = open.map(|cause| {
+            (
+                cause.law.clone(),
+                true,
+                (&mut cause.terms, &mut cause.unexplained),
+            )
+        });
+        let mut of_written = Vec::new();
         // Where the motion is right, what is written of contacts is not.
-        let asked = asked.chain(of_tables.map(|start| (start.law.clone(), false, written)));
-        for (law, moves, terms) in asked {
+        let asked = asked
+            .chain(of_tables.map(|start| (start.law.clone(), false, (written, &mut of_written))));
+        for (law, moves, (terms, unexplained)) in asked {
             progress(&format!("step by step: {law}"));
             let of_law = starts.iter().filter(|start| start.law == law).filter(wrong);
             let asked = of_law.filter_map(|start| {
@@ -552,7 +560,11 @@ impl Reference {
                 true => vec![format!(
                     "moments that are told of at every step: at step {EARLY} grains move otherwise than where fewer steps are told of"
                 )],
-                false => terms::found(&runs, moves),
+                false => {
+                    let found = terms::found(&runs, moves);
+                    *unexplained = found.unexplained;
+                    found.terms
+                }
             };
         }
         // One fault is not told twice, and beside one that is named what is left of it under other laws says nothing.

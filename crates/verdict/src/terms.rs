@@ -46,9 +46,88 @@ struct Row {
     terms: Vec<Term>,
     /// Lengths and masses on which a factor may hang.
     sizes: Vec<(&'static str, f64)>,
+    /// What its contact is, or those of its grain are.
+    marks: Marks,
     /// What it is between, where that is not the same for all.
     between: String,
 }
+
+/// What contacts are: some of these.
+type Marks = u8;
+const SLIDES_NOW: Marks = 1;
+const SLID: Marks = 2;
+const BEGINS: Marks = 4;
+const PARTS: Marks = 8;
+const AT_WALL: Marks = 16;
+const AT_PUNCH: Marks = 32;
+const BEYOND_LIMIT: Marks = 64;
+
+/// In words: of contacts that are so, of those that are not, of grains with such a contact and of grains without one.
+const MARKS: [(Marks, [&str; 4]); 7] = [
+    (
+        SLIDES_NOW,
+        [
+            "they slide",
+            "they stick",
+            "one of their contacts slides",
+            "none of their contacts slides",
+        ],
+    ),
+    (
+        SLID,
+        [
+            "they slid in a step before",
+            "they have not slid before",
+            "one of their contacts slid in a step before",
+            "none of their contacts has slid before",
+        ],
+    ),
+    (
+        BEGINS,
+        [
+            "they have just begun",
+            "they touched before",
+            "one of their contacts has just begun",
+            "none of their contacts has just begun",
+        ],
+    ),
+    (
+        PARTS,
+        [
+            "their bodies part",
+            "their bodies approach",
+            "the bodies of one of their contacts part",
+            "the bodies of all of their contacts approach",
+        ],
+    ),
+    (
+        AT_WALL,
+        [
+            "they are at walls",
+            "they are not at walls",
+            "they touch a wall",
+            "they touch no wall",
+        ],
+    ),
+    (
+        AT_PUNCH,
+        [
+            "they are at the punch",
+            "they are not at the punch",
+            "they touch the punch",
+            "they do not touch the punch",
+        ],
+    ),
+    (
+        BEYOND_LIMIT,
+        [
+            "their moment against rolling has been at its limit",
+            "their moment against rolling has never been at its limit",
+            "a moment against rolling at one of their contacts has been at its limit",
+            "no moment against rolling at their contacts has been at its limit",
+        ],
+    ),
+];
 
 #[derive(Clone, Copy, PartialEq)]
 enum Of {
@@ -57,7 +136,7 @@ enum Of {
 }
 
 /// What is held against the model: first comes what others follow from.
-const QUANTITIES: [&str; 17] = [
+const QUANTITIES: [&str; 18] = [
     "contact points",
     "normal forces",
     "normal forces that the dashpot would make pull",
@@ -74,6 +153,7 @@ const QUANTITIES: [&str; 17] = [
     "forces on the punch",
     "normal forces that are cut to nothing",
     "tangential forces beyond Coulomb's limit that are not cut",
+    "spins of grains with a moment near the limit of rolling, beyond which none was before",
     "spins of grains with a moment near the limit of rolling",
 ];
 const POINTS: usize = 0;
@@ -92,7 +172,8 @@ const PLACES: usize = 12;
 const PUNCH: usize = 13;
 const CUT_AWAY: usize = 14;
 const NOT_CUT: usize = 15;
-const SPINS_NEAR_LIMIT: usize = 16;
+const SPINS_FIRST_NEAR_LIMIT: usize = 16;
+const SPINS_NEAR_LIMIT: usize = 17;
 
 use fit::explained;
 use residuals::Follower;
@@ -100,9 +181,36 @@ use seen::Seen;
 
 type Rows = BTreeMap<(usize, usize), Vec<Row>>;
 
+/// What does not follow from the rest of what an engine writes.
+#[derive(Default)]
+pub(crate) struct Found {
+    /// The terms that are other ones.
+    pub(crate) terms: Vec<String>,
+    /// Where there are none: which quantities are off, and where.
+    pub(crate) unexplained: Vec<String>,
+}
+
+/// Of quantities in these groups the first tells what is wrong in the others.
+const GROUPS: [&[usize]; 7] = [
+    &[POINTS],
+    &[NORMAL, PULLED],
+    &[
+        NEW_STICKS,
+        STICKING,
+        NEW_SLIDES,
+        SLIDING,
+        STICKING_AGAIN,
+        SLIDING_ON,
+    ],
+    &[VELOCITIES],
+    &[SPINS, SPINS_FIRST_NEAR_LIMIT, SPINS_NEAR_LIMIT],
+    &[PLACES],
+    &[PUNCH],
+];
+
 /// Runs of one law, each with moments that follow each other step by step from the start.
 /// Motion that follows from forces which are not those that are written is not told.
-pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
+pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Found {
     let all = in_parallel(runs.len(), |run| {
         let (case, moments) = runs[run];
         let mut rows = Rows::new();
@@ -159,6 +267,14 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
     let damps_otherwise = seen.damps_otherwise().filter(|_| moves);
     let damps = damps_otherwise.is_some();
     let mut told: Vec<String> = seen.ends_elsewhere().into_iter().collect();
+    let early = [0, 1, 2].map(|kind| seen.slides_early(kind));
+    let slides_early = KINDS.iter().zip(&early).filter_map(|(kind, share)| {
+        let share = (*share)?;
+        Some(format!(
+            "tangential forces {kind}: cut to {share:.6} of Coulomb's limit"
+        ))
+    });
+    told.extend(slides_early);
     told.extend(slides_later.into_iter().chain(damps_otherwise));
     for (quantity, name) in QUANTITIES.into_iter().enumerate() {
         // What slides goes the way of what sticks, and contacts that go on have all that new ones have.
@@ -187,7 +303,12 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             }
             VELOCITIES if damps => true,
             VELOCITIES | SPINS => !moves,
-            SPINS_NEAR_LIMIT => !moves || is_off(SPINS) || is_told(SPINS),
+            SPINS_FIRST_NEAR_LIMIT | SPINS_NEAR_LIMIT => {
+                !moves
+                    || (SPINS..quantity)
+                        .filter(|other| ![PLACES, PUNCH, CUT_AWAY, NOT_CUT].contains(other))
+                        .any(|other| is_off(other) || is_told(other))
+            }
             _ => false,
         };
         if follows {
@@ -218,7 +339,34 @@ pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Vec<String> {
             told.push(format!("{name}{place}: {said}{place_of}"));
         }
     }
-    told
+    let mut unexplained = Vec::new();
+    for group in GROUPS.into_iter().filter(|_| told.is_empty()) {
+        let of_motion = [VELOCITIES, SPINS].contains(&group[0]);
+        for quantity in group.iter().filter(|_| moves || !of_motion) {
+            let kinds = rows.iter().filter(|(key, _)| key.0 == *quantity);
+            let kinds = kinds.filter_map(|(key, rows)| {
+                let place = if *quantity < VELOCITIES {
+                    format!(" {}", KINDS[key.1])
+                } else {
+                    String::new()
+                };
+                Some(format!(
+                    "{}{place}: {}",
+                    QUANTITIES[*quantity],
+                    fit::unexplained(rows, runs)?
+                ))
+            });
+            let kinds: Vec<String> = kinds.collect();
+            if !kinds.is_empty() {
+                unexplained.extend(kinds);
+                break;
+            }
+        }
+    }
+    Found {
+        terms: told,
+        unexplained,
+    }
 }
 
 const KINDS: [&str; 3] = ["between grains", "at walls", "at the punch"];
@@ -265,7 +413,18 @@ mod tests {
                     rows.len()
                 );
             }
-            assert_eq!(found(&[(&case, &run)], true), [""; 0], "{}", case.name);
+            assert_eq!(
+                found(&[(&case, &run)], true).terms,
+                [""; 0],
+                "{}",
+                case.name
+            );
+            assert_eq!(
+                found(&[(&case, &run)], true).unexplained,
+                [""; 0],
+                "{}",
+                case.name
+            );
         }
     }
 
@@ -287,7 +446,7 @@ mod tests {
                 of_law.iter().map(|state| run(state, &variant)).collect();
             let runs: Vec<(&Case, &[Snapshot])> =
                 runs.iter().map(|(case, run)| (case, &run[..])).collect();
-            let told = found(&runs, true);
+            let told = found(&runs, true).terms;
             assert!(
                 told.iter()
                     .any(|told| told.starts_with("spins") && told.contains(words)),
@@ -312,7 +471,7 @@ mod tests {
             .collect();
         let runs: Vec<(&Case, &[Snapshot])> =
             runs.iter().map(|(case, run)| (case, &run[..])).collect();
-        let told = found(&runs, false);
+        let told = found(&runs, false).terms;
         let forces = told.iter().find(|told| told.starts_with("normal forces"));
         let forces = forces.map_or("", |told| told);
         assert!(forces.contains("single precision"), "{told:?}");
@@ -352,7 +511,7 @@ mod tests {
                 let runs: Vec<(Case, Vec<Snapshot>)> = runs.collect();
                 let runs: Vec<(&Case, &[Snapshot])> =
                     runs.iter().map(|(case, run)| (case, &run[..])).collect();
-                let told = found(&runs, true).join("; ");
+                let told = found(&runs, true).terms.join("; ");
                 assert!(
                     told.contains(what) && told.contains(words),
                     "{law}: {form:?}: {told}"

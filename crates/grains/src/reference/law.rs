@@ -118,8 +118,9 @@ pub struct ByTable {
 pub struct Told {
     pub normal: Vector,
     pub overlap: f64,
-    /// Tangential force on body 2, N.
+    /// Tangential force on body 2, and the whole force on it, N.
     pub tangential: Vector,
+    pub force: Vector,
     /// What the dashpot along the tangent did or would have done, N, and whether it did.
     pub braking: Vector,
     pub brakes: bool,
@@ -170,6 +171,8 @@ pub struct Parts {
     pub torques: [Vector; 2],
     pub braking_torques: [Vector; 2],
     pub cut_torques: [Vector; 2],
+    /// Torques that the force of the step before has at this step's arms, N·m.
+    pub late_torques: [Vector; 2],
     /// Moments against rolling and twisting, what this step adds to them, and that against rolling had it no limit or one of each component
     /// by itself, N·m.
     pub moments: [Vector; 2],
@@ -180,6 +183,9 @@ pub struct Parts {
     pub rolling_alone: [Vector; 2],
     /// What the stiffness against rolling would make of the twist, N·m.
     pub twist_as_rolling: Vector,
+    /// What is kept of the moments against rolling and twisting of the step before, and what would be were either taken for the other, N·m.
+    pub kept_moments: [Vector; 2],
+    pub exchanged_moments: [Vector; 2],
     /// The largest moment against rolling, N·m; endless without a limit.
     pub most_moment: f64,
 }
@@ -571,6 +577,11 @@ impl Reference {
             moments(false, kept.as_ref())[0]
         };
         let by_component = unlimited(|told| told.by_component);
+        let added = moments(false, None);
+        let of_memory = |memory: Option<Memory>| {
+            let all = memory.map_or(added, |memory| moments(false, Some(&memory)));
+            [0, 1].map(|at| minus(all[at], added[at]))
+        };
         Some(Parts {
             first: touch.first,
             radii: touch.radii,
@@ -607,6 +618,7 @@ impl Reference {
                 let trial = plus(trial, times(-share * growth, sum(slips)));
                 self.torques(touch, on, minus(trial, tangential))
             },
+            late_torques: before.map_or([NONE; 2], |told| self.torques(touch, on, told.force)),
             braking_torques: self.torques(
                 touch,
                 on,
@@ -615,7 +627,13 @@ impl Reference {
             moments: with_memory,
             rolling_alone,
             twist_as_rolling,
-            added: moments(false, None),
+            kept_moments: of_memory(memory),
+            exchanged_moments: of_memory(memory.map(|memory| Memory {
+                bending: memory.twisting,
+                twisting: memory.bending,
+                ..memory
+            })),
+            added,
             without_limit: unlimited(|told| told.without_limit),
             by_component: by_component.map(|part| part.clamp(-most_moment, most_moment)),
             most_moment,

@@ -14,8 +14,15 @@ use super::{DASHPOT, KEPT_DASHPOT, Of, PLAIN, ROUNDED, Row, Term};
 const MOST_ROWS: usize = 300;
 /// So many terms may be other ones at once.
 const MOST_TERMS: usize = 3;
+/// So many times what may be rounding is clearly more.
+const CLEAR: f64 = 30.0;
+/// Of this many rows of a right engine one may be off, by what its contacts remember and do not write.
+const FEW_OFF: usize = 20;
 /// So many of the best sets of terms are looked at closely.
 const TRIED: usize = 12;
+
+/// Terms, and how much more there is of each.
+type More = Vec<(usize, f64)>;
 
 impl Row {
     pub(super) fn ratio(&self) -> f64 {
@@ -54,7 +61,7 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
     if let Some(said) = coarse(rows) {
         return Some((said, String::new()));
     }
-    let plainly = off.iter().filter(|row| row.ratio() > 30.0).count();
+    let plainly = off.iter().filter(|row| row.ratio() > CLEAR).count();
     if plainly == 0 || !off.iter().any(|row| row.ratio() > PLAIN) {
         return None;
     }
@@ -70,11 +77,31 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
     let all: Vec<&Row> = rows.iter().collect();
     let said = of_terms(&both, &all, plainly);
     if said.is_some() || right.is_empty() {
-        return said.map(|said| (said, String::new()));
+        return said.map(|said| (said.0, String::new()));
     }
     let some: Vec<&Row> = off.iter().step_by(some(&off)).copied().collect();
-    let said = of_terms(&some, &off, plainly)?;
-    Some((said, format!(" ({})", place(rows, &off, runs))))
+    let (said, more) = of_terms(&some, &off, plainly)?;
+    // Of what would hardly move a row it is not known whether it has it.
+    let is_clear = |row: &&Row| row.is_off() || more.is_empty() || row.left(&more) > CLEAR;
+    let clear: Vec<&Row> = rows.iter().filter(is_clear).collect();
+    Some((said, format!(" ({})", place(&clear, &off, runs))))
+}
+
+/// How many and which rows of a kind do not follow from the rest, where no term explains them.
+pub(super) fn unexplained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<String> {
+    let is_plainly = |row: &&Row| !(row.ratio() <= CLEAR);
+    let known: Vec<&Row> = rows
+        .iter()
+        .filter(|row| is_plainly(row) || !row.is_off())
+        .collect();
+    let off: Vec<&Row> = rows.iter().filter(is_plainly).collect();
+    if FEW_OFF * off.len() <= rows.len() || off.iter().all(|row| row.ratio() <= PLAIN) {
+        return None;
+    }
+    Some(match off.len() == known.len() {
+        true => format!("all {}", known.len()),
+        false => place(&known, &off, runs),
+    })
 }
 
 const IN_SINGLE_PRECISION: &str =
@@ -144,16 +171,18 @@ fn coarse(rows: &[Row]) -> Option<String> {
 const SUMMED: f64 = 3.0;
 
 /// Multiples that a formula has before all others, and after them factors that hang on sizes.
-fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<String> {
+/// In words, and of which terms there is how much more where that is the same for all.
+fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<(String, More)> {
     let plain = search(some, all, plainly, true);
-    let by_sizes = || factor(some, all, plainly, true);
-    let by_one = || factor(some, all, plainly, false);
+    let factor =
+        |is_formula| factor(some, all, plainly, is_formula).map(|said| (said, More::new()));
+    let (by_sizes, by_one) = (|| factor(true), || factor(false));
     let any = || search(some, all, plainly, false);
     plain.or_else(by_sizes).or_else(any).or_else(by_one)
 }
 
 /// The fewest terms of which another multiple explains all rows.
-fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Option<String> {
+fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Option<(String, More)> {
     let count = shared(some);
     let most = |term: usize| {
         some.iter()
@@ -218,9 +247,11 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
             0 => plainly > size,
             _ => is_shared(more) && plainly > 5 * size && !only_plain,
         });
+        let terms = &some[0].terms;
         fitted.sort_by_key(|more| {
             (
                 ugly(more),
+                replaced(terms, more).is_none(),
                 more.iter().map(|(term, _)| *term).sum::<usize>(),
             )
         });
@@ -240,7 +271,8 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
                 )
             });
             let rounded: Vec<(usize, f64)> = rounded.filter(|(_, more)| *more != 0.0).collect();
-            return (!rounded.is_empty()).then(|| in_words(&some[0].terms, &rounded));
+            return (!rounded.is_empty())
+                .then(|| (in_words(&some[0].terms, &rounded), more.clone()));
         }
     }
     None
@@ -269,8 +301,21 @@ fn is_plain(factor: f64) -> bool {
     near(2.0 * factor) || near(factor.abs() * std::f64::consts::SQRT_2)
 }
 
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1.0e-6
+}
+
+/// The term that is in the place of another one, and that one.
+fn replaced(terms: &[Term], more: &[(usize, f64)]) -> Option<[&'static str; 2]> {
+    let gone = |&&(term, more): &&(usize, f64)| terms[term].1 != 0.0 && close(more, -terms[term].1);
+    let new = |&&(term, more): &&(usize, f64)| terms[term].1 == 0.0 && close(more, 1.0);
+    match (more.len(), more.iter().find(new), more.iter().find(gone)) {
+        (2, Some(new), Some(gone)) => Some([terms[new.0].0, terms[gone.0].0]),
+        _ => None,
+    }
+}
+
 fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
-    let close = |a: f64, b: f64| (a - b).abs() < 1.0e-6;
     // Of a dashpot that is another one, what it lacks a step before seems to be kept.
     let of_dashpot = more.iter().find(|(term, _)| terms[*term].0 == DASHPOT);
     let seems_kept = |(term, kept): &&(usize, f64)| {
@@ -292,14 +337,8 @@ fn in_words(terms: &[Term], more: &[(usize, f64)]) -> String {
         let way = if *half > 0.0 { "approach" } else { "part" };
         return format!("with {} only while bodies {way}", terms[*one].0);
     }
-    let gone = |&&(term, more): &&(usize, f64)| terms[term].1 != 0.0 && close(more, -terms[term].1);
-    let new = |&&(term, more): &&(usize, f64)| terms[term].1 == 0.0 && close(more, 1.0);
-    if let (2, Some(gone), Some(new)) = (more.len(), more.iter().find(gone), more.iter().find(new))
-    {
-        return format!(
-            "with {} in the place of {}",
-            terms[new.0].0, terms[gone.0].0
-        );
+    if let Some([new, gone]) = replaced(terms, more) {
+        return format!("with {new} in the place of {gone}");
     }
     let said = more.iter().map(|(term, more)| {
         let (name, usual, _) = terms[*term];
@@ -357,7 +396,8 @@ fn factor(some: &[&Row], all: &[&Row], plainly: usize, is_formula: bool) -> Opti
             true => {
                 by_powers(name, &rows, &factors, term).or_else(|| by_groups(name, &rows, &factors))
             }
-            false => by_one_size(name, &rows, &factors),
+            false => by_one_size(name, &rows, &factors)
+                .or_else(|| by_contact(name, &rows, &factors, term)),
         }
     })
 }
@@ -451,6 +491,32 @@ fn by_one_size(name: &str, rows: &[&&Row], factors: &[f64]) -> Option<String> {
             "with {name} × a factor that goes with {}: {first} at {low:.3e} to {last} at {high:.3e} (SI)",
             rows[0].sizes[size].0
         )
+    })
+}
+
+/// A factor that each contact or grain has at all moments, and others another one: what is multiplied by it is the term.
+fn by_contact(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Option<String> {
+    let mut of_each: Vec<((usize, Of), f64, usize)> = Vec::new();
+    for (row, factor) in rows.iter().zip(factors) {
+        let subject = (row.at.0, row.subject);
+        let Some((_, first, count)) = of_each.iter_mut().find(|one| one.0 == subject) else {
+            of_each.push((subject, *factor, 1));
+            continue;
+        };
+        if (*factor - *first).abs() * hypot(row.terms[term].2) > 10.0 * row.least {
+            return None;
+        }
+        *count += 1;
+    }
+    of_each.retain(|one| one.2 > 1);
+    let all = || of_each.iter().map(|one| one.1);
+    let (low, high) = (
+        all().fold(f64::INFINITY, f64::min),
+        all().fold(f64::NEG_INFINITY, f64::max),
+    );
+    (of_each.len() >= FEWEST).then(|| {
+        let [low, high] = [low, high].map(number);
+        format!("with {name} × a factor of {low} to {high} that each has at all moments")
     })
 }
 

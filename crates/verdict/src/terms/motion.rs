@@ -8,7 +8,10 @@ use grains::vector::{Vector, each, hypot, minus, plus, sum, times};
 
 use super::residuals::{Follower, Loads};
 use super::seen::Damped;
-use super::{NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, SPINS_NEAR_LIMIT, Term, VELOCITIES};
+use super::{
+    NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, SPINS_FIRST_NEAR_LIMIT, SPINS_NEAR_LIMIT, Term,
+    VELOCITIES,
+};
 
 /// A force is known so many times better than what local damping makes of it.
 const CLEAR: f64 = 1.0e3;
@@ -36,8 +39,28 @@ impl Follower<'_> {
         for (id, load) in loads.iter().enumerate() {
             let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
-                let mut sizes = vec![("m", mass), ("R", radius)];
-                sizes.extend(bodies.inertia.get(id).map(|inertia| ("I", *inertia)));
+                // A program may read the numbers of another one.
+                let (before, after) = (id.saturating_sub(1), (id + 1).min(bodies.len() - 1));
+                let of_others = |numbers: &[f64], [own, of_before, of_after]: [&'static str; 3]| {
+                    [(own, id), (of_before, before), (of_after, after)]
+                        .map(|(name, id)| (name, numbers[id]))
+                };
+                let masses = [
+                    "m",
+                    "m of the grain with the id before it",
+                    "m of the grain with the id after it",
+                ];
+                let inertias = [
+                    "I",
+                    "I of the grain with the id before it",
+                    "I of the grain with the id after it",
+                ];
+                let mut sizes = Vec::new();
+                if ![VELOCITIES, PLACES].contains(&quantity) {
+                    sizes.extend(of_others(&bodies.inertia, inertias));
+                }
+                sizes.extend(of_others(&bodies.mass, masses));
+                sizes.push(("R", radius));
                 rows.entry((quantity, 0)).or_default().push(Row {
                     at: (self.run, at),
                     subject: Of::Grain(id),
@@ -45,6 +68,7 @@ impl Follower<'_> {
                     least,
                     terms,
                     sizes,
+                    marks: load.marks,
                     between: String::new(),
                 });
             };
@@ -143,6 +167,7 @@ impl Follower<'_> {
                 "local damping along z", -1.0 => damping(acting, signs, &[2]);
                 "contact forces of the step before", 0.0 => before.map_or(NONE, |before| before[id].force());
                 "m·v/Δt", 0.0 => times(mass / dt, v0);
+                "all contact forces and the weight", 1.0 => acting;
             };
             if gained.iter().all(|component| component.is_finite()) {
                 add(VELOCITIES, minus(gained, acting), least, terms);
@@ -198,12 +223,18 @@ impl Follower<'_> {
                 "R·(normal force) against the spin", 0.0 => load.rolling;
                 "local damping of spins", -1.0 => damping(torque, signs, &[0, 1, 2]);
                 "I·ω/Δt", 0.0 => times(inertia / dt, w0);
+                "torques that the forces of the step before have by this step's arms", 0.0 => load.late;
+                "what is kept of moments against rolling", 1.0 => load.kept[0];
+                "what is kept of moments against twisting", 1.0 => load.kept[1];
+                "what moments against rolling would keep of those against twisting", 0.0 => load.exchanged[0];
+                "what moments against twisting would keep of those against rolling", 0.0 => load.exchanged[1];
+                "all torques and moments", 1.0 => torque;
             };
             if gained.iter().all(|component| component.is_finite()) {
-                let quantity = if load.near_limit {
-                    SPINS_NEAR_LIMIT
-                } else {
-                    SPINS
+                let quantity = match (load.near_limit, load.was_beyond_limit) {
+                    (false, _) => SPINS,
+                    (true, false) => SPINS_FIRST_NEAR_LIMIT,
+                    (true, true) => SPINS_NEAR_LIMIT,
                 };
                 add(quantity, minus(gained, torque), least, terms);
             }

@@ -5,14 +5,33 @@ use std::collections::{BTreeMap, BTreeSet};
 use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
 
-use super::{Of, Row};
+use super::{MARKS, Of, Row};
 use crate::conditions;
 
 /// So many grains or contacts are named.
 const FEW: usize = 4;
 
+/// What those that are off have of their own sizes and of what their contacts are, at all moments.
+fn split(rows: &[&Row]) -> Option<String> {
+    let grains = usize::from(matches!(rows.first()?.subject, Of::Grain(_)));
+    let has = MARKS.map(|(mark, _)| move |row: &&Row| row.marks & mark != 0);
+    let properties = MARKS.iter().zip(&has).map(|((_, words), has)| {
+        let words = [words[2 * grains], words[2 * grains + 1]];
+        (words, has as &dyn Fn(&&Row) -> bool)
+    });
+    let properties: Vec<_> = properties.collect();
+    let names = rows[0].sizes.iter().enumerate();
+    let sizes = names.map(|(at, (name, _))| (*name, move |row: &&Row| row.sizes[at].1));
+    let sizes: Vec<_> = sizes.collect();
+    let numbers = sizes
+        .iter()
+        .map(|(name, size)| (*name, size as &dyn Fn(&&Row) -> f64));
+    let numbers: Vec<_> = numbers.collect();
+    conditions::of_rows(rows, |row| row.is_off(), &properties, &numbers)
+}
+
 /// Where rows are off: what all of them have at the moment that has most, or which they are.
-pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -> String {
+pub(super) fn place(rows: &[&Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -> String {
     let mut few: Vec<String> = Vec::new();
     for row in off {
         let name = match row.subject {
@@ -64,6 +83,9 @@ pub(super) fn place(rows: &[Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) -
             "in step {}{more} alone, and in all of them there",
             steps[..steps.len().min(6)].join(", ")
         );
+    }
+    if let Some(where_all_are) = split(rows) {
+        return where_all_are;
     }
     // A moment at which all are off, as where all contacts begin, tells no condition.
     let (run, at) = moments

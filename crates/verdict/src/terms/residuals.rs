@@ -41,6 +41,7 @@ struct Before {
     turned: f64,
     /// Whether its moment against rolling has ever been near its limit.
     has_rolled: bool,
+    marks: Marks,
     /// k_s and c_n when it began.
     first: [f64; 2],
 }
@@ -64,8 +65,9 @@ pub(super) struct Loads {
     /// Torques of the dashpots along the tangent, of what half of the overlap is of the arms, of the other grain's torque in the place of its own.
     pub(super) braking: Vector,
     pub(super) half: [Vector; 3],
-    /// Torques of what Coulomb's limit has cut.
+    /// Torques of what Coulomb's limit has cut, and of the forces of the step before by this step's arms.
     pub(super) cut: Vector,
+    pub(super) late: Vector,
     pub(super) others: [Vector; 2],
     /// Moments against rolling and twisting, of them those on the first of a pair and at walls; what this step adds to them, and against
     /// rolling those at their limit, as they were without one and where it holds for each component alone.
@@ -74,12 +76,19 @@ pub(super) struct Loads {
     pub(super) moments_at_walls: [Vector; 2],
     pub(super) added: [Vector; 2],
     pub(super) limited: Vector,
+    /// Whether one of them has ever been near its limit, and whether one was beyond it before this step.
     pub(super) near_limit: bool,
+    pub(super) was_beyond_limit: bool,
     pub(super) without_limit: Vector,
     pub(super) by_component: Vector,
     /// Against rolling by the spin of the first and of the second alone, and by the twist.
     pub(super) rolling_alone: [Vector; 2],
     pub(super) twist_as_rolling: Vector,
+    /// What is kept of moments against rolling and twisting, and what were if either were taken for the other.
+    pub(super) kept: [Vector; 2],
+    pub(super) exchanged: [Vector; 2],
+    /// What its contacts are.
+    pub(super) marks: Marks,
     /// The normal forces times the radius, against the spin.
     pub(super) rolling: Vector,
 }
@@ -169,7 +178,7 @@ impl<'a> Follower<'a> {
         at: usize,
         rows: &mut Rows,
     ) -> Vec<Loads> {
-        let case = self.case;
+        let (case, run) = (self.case, self.run);
         let (law, dt) = (&case.model.law, case.model.dt);
         let rules = law.resolved(case.model.rules);
         let mut loads = vec![Loads::default(); case.bodies.len()];
@@ -181,6 +190,11 @@ impl<'a> Follower<'a> {
         .rows()
         .peekable();
         let (mut after, mut slid) = (BTreeMap::new(), Vec::new());
+        let mut walls_before: BTreeMap<u32, u32> = BTreeMap::new();
+        let past = std::mem::take(&mut self.before);
+        for (first, second) in past.keys() {
+            *walls_before.entry(*second).or_default() += u32::from(!case.ids().is_grain(*first));
+        }
         for row in Table::from(now).rows() {
             let (contact, ids) = (row.contact, row.ids());
             while own.next_if(|own| own.ids() < ids).is_some() {}
@@ -192,7 +206,7 @@ impl<'a> Follower<'a> {
                 true => row.tangential(),
                 false => times(contact.tangential_force, [-normal[2], 0.0, normal[0]]),
             };
-            let was = self.before.get(&ids);
+            let was = past.get(&ids);
             let told_of = |was: &Before| {
                 // A force that is at its limit had no dashpot added.
                 let limit = was.parts.limit;
@@ -214,6 +228,7 @@ impl<'a> Follower<'a> {
                     normal: was.normal,
                     overlap: was.overlap,
                     tangential: plus(was.tangential, along),
+                    force: plus(times(was.normal_force, was.normal), was.tangential),
                     braking: sum(was.parts.brakings),
                     brakes: acts,
                     slip: sum(was.parts.slips),
@@ -275,9 +290,29 @@ impl<'a> Follower<'a> {
                 ("the speed along the normal", (parts.way / dt).abs()),
                 ("F_s", parts.elastic),
                 ("|F_s − F_a|", (parts.elastic - parts.pull).abs()),
+                (
+                    "the number of walls that its grain touched a step before",
+                    walls_before
+                        .get(&ids.1)
+                        .map_or(0.0, |count| f64::from(*count)),
+                ),
             ];
             let material = |id: u32| case.bodies.material.get(id as usize).copied().unwrap_or(0);
             let (a, b) = (material(ids.0), material(ids.1));
+            let is = |does: bool, mark: Marks| if does { mark } else { 0 };
+            let lasting = was.map_or(0, |was| {
+                was.marks & BEYOND_LIMIT | is(was.marks & (SLIDES_NOW | SLID) != 0, SLID)
+            });
+            let marks = lasting
+                | is(is_at(hypot(tangential), parts.limit, turned), SLIDES_NOW)
+                | is(was.is_none(), BEGINS)
+                | is(parts.way < 0.0, PARTS)
+                | is(kind == 1, AT_WALL)
+                | is(kind == 2, AT_PUNCH)
+                | is(
+                    hypot(parts.without_limit) >= parts.most_moment,
+                    BEYOND_LIMIT,
+                );
             let between = match (case.bodies.material.is_empty(), parts.first) {
                 (false, _) => format!("materials {} and {}", a.min(b), a.max(b)),
                 (true, Body::Wall) => {
@@ -287,12 +322,13 @@ impl<'a> Follower<'a> {
             };
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
                 rows.entry((quantity, kind)).or_default().push(Row {
-                    at: (self.run, at),
+                    at: (run, at),
                     subject: Of::Contact(ids.0, ids.1),
                     off,
                     least,
                     terms,
                     sizes: sizes.clone(),
+                    marks,
                     between: between.clone(),
                 });
             };
@@ -346,6 +382,8 @@ impl<'a> Follower<'a> {
                 "the dashpot's force by the punch's velocity", 1.0 => by_first[0];
                 "the dashpot's force by the punch's velocity put along x", 0.0 => by_first[1];
                 "the dashpot's force by the punch's velocity put along y", 0.0 => by_first[2];
+                "k_s·(approach in the step)", 0.0 => one(parts.share * parts.k_s * parts.way);
+                "what it was off by in the step before", 0.0 => one(was.map_or(0.0, |was| was.normal_force - was.parts.normal_force));
             });
             let whole = parts.elastic + parts.viscous - parts.pull;
             let is_cut = (parts.normal_force - whole).abs() > ROUNDED * size;
@@ -399,6 +437,8 @@ impl<'a> Follower<'a> {
                 if is_at(hypot(tangential), parts.limit, turned) {
                     load.cut = plus(load.cut, parts.cut_torques[side]);
                 }
+                load.late = plus(load.late, parts.late_torques[side]);
+                load.marks |= marks;
                 let half = &mut load.half[kind];
                 *half = plus(*half, arm(tangential, 0.5 * u));
                 if pairs {
@@ -417,6 +457,8 @@ impl<'a> Follower<'a> {
                     add(&mut load.moments[at], parts.moments[at]);
                     add(&mut load.added[at], parts.added[at]);
                     add(&mut load.rolling_alone[at], parts.rolling_alone[at]);
+                    add(&mut load.kept[at], parts.kept_moments[at]);
+                    add(&mut load.exchanged[at], parts.exchanged_moments[at]);
                     match which {
                         0 => add(&mut load.moments_on_first[at], parts.moments[at]),
                         2 => add(&mut load.moments_at_walls[at], parts.moments[at]),
@@ -429,6 +471,7 @@ impl<'a> Follower<'a> {
                     add(&mut load.limited, parts.moments[0]);
                 }
                 add(&mut load.without_limit, parts.without_limit);
+                load.was_beyond_limit |= was.is_some_and(|was| was.marks & BEYOND_LIMIT != 0);
                 load.near_limit |= has_rolled;
             }
             after.insert(
@@ -441,14 +484,15 @@ impl<'a> Follower<'a> {
                     tangential,
                     turned,
                     has_rolled,
+                    marks,
                     first,
                 },
             );
         }
         self.seen.slid.extend(slid);
-        let ended = std::mem::replace(&mut self.before, after);
+        self.before = after;
         self.ended.extend(
-            ended
+            past
                 .into_iter()
                 .filter(|(ids, _)| !self.before.contains_key(ids)),
         );
@@ -469,6 +513,7 @@ impl<'a> Follower<'a> {
                         "the sum of the sizes of all contacts' forces", 0.0 => [sizes, 0.0, 0.0];
                     },
                     sizes: Vec::new(),
+                    marks: 0,
                     between: String::new(),
                 });
             }
@@ -479,7 +524,7 @@ impl<'a> Follower<'a> {
     /// A tangential force: that of a contact that begins or goes on, and that sticks or slides for certain. Of one that stuck a
     /// step before its spring's force over Coulomb's limit, and whether it is cut.
     fn tangential(
-        &self,
+        &mut self,
         parts: &Parts,
         (tangential, normal, u, loose, turned): (Vector, Vector, f64, f64, f64),
         (before, outlived): Past<'_>,
@@ -630,7 +675,15 @@ impl<'a> Follower<'a> {
                 .max(1.0e-3 * size)
                 .max(1.0e-3 * parts.tangent * parts.elastic.abs())
         };
-        add(quantity, off, ROUNDED * scale + loose, terms);
+        let least = ROUNDED * scale + loose;
+        if [NEW_STICKS, STICKING].contains(&quantity) && limit > 0.0 {
+            self.seen.stuck.push((
+                parts.first as usize,
+                told / limit,
+                hypot(off) > PLAIN * least,
+            ));
+        }
+        add(quantity, off, least, terms);
         let is_of_slid = [NOT_CUT, SLIDING].contains(&quantity) && !begins && !was_cut;
         is_of_slid.then(|| (size / limit, quantity != NOT_CUT))
     }

@@ -7,6 +7,8 @@ pub(super) struct Seen {
     pub(super) held: Vec<Held>,
     /// The spring's force over Coulomb's limit, of contacts beyond it that did not slide before, and whether it is cut.
     pub(super) slid: Vec<(f64, bool)>,
+    /// Of contacts that stick well below Coulomb's limit: which kind, the force over that limit and whether it is off.
+    pub(super) stuck: Vec<(usize, f64, bool)>,
     pub(super) damped: Vec<Damped>,
 }
 
@@ -50,6 +52,8 @@ type Radius = fn(f64, f64) -> f64;
 const END: f64 = 1.0e-6;
 /// The last one that is there is so near to where it ends.
 const NEAR: f64 = 0.99;
+/// Forces that are cut to one limit are so near to each other.
+const CUT_TO: f64 = 1.0e-6;
 /// Fewer may be so by chance.
 const FEWEST: usize = 5;
 
@@ -57,6 +61,7 @@ impl Seen {
     pub(super) fn add(&mut self, other: Seen) {
         self.held.extend(other.held);
         self.slid.extend(other.slid);
+        self.stuck.extend(other.stuck);
         self.damped.extend(other.damped);
     }
 
@@ -124,6 +129,24 @@ impl Seen {
                 "tangential forces of contacts that begin to slide: none is cut up to {last:.3} of Coulomb's limit, and all are from {first:.3} of it on, to the limit"
             )
         })
+    }
+
+    /// At which share of Coulomb's limit all contacts of a kind are cut that should stick, where none has a larger one.
+    pub(super) fn slides_early(&self, kind: usize) -> Option<f64> {
+        let shares = |is_off: bool| {
+            let of_kind = self
+                .stuck
+                .iter()
+                .filter(move |one| one.0 == kind && one.2 == is_off);
+            of_kind.map(|one| one.1)
+        };
+        let most = shares(true).fold(0.0, f64::max);
+        let is_at = |share: f64| share >= most * (1.0 - CUT_TO);
+        let right = shares(false).fold(0.0, f64::max);
+        let is_so = shares(true).count() >= FEWEST
+            && shares(true).all(is_at)
+            && right <= most * (1.0 + CUT_TO);
+        is_so.then_some(most)
     }
 
     /// By the sign of which power all components are damped, where the model's is not it.
