@@ -312,6 +312,13 @@ pub fn from_bed(
                     }
                     answer => excerpt.judge(answer?, found.resolution)?,
                 };
+                // What is wrong in a scene alone is in what no case has.
+                let is_followed = found.causes.is_empty()
+                    && judged.verdict == Verdict::Different
+                    && judged.farthest.is_some();
+                if is_followed && let Ok(Ok(moments)) = run_excerpt(engine, &asked.step_by_step()) {
+                    found.causes.extend(excerpt.unexplained(&moments));
+                }
                 found.starts.push(judged);
             }
         }

@@ -9,14 +9,16 @@ use grains::native::{self, NativeError, Noise};
 use grains::reference::Reference;
 use grains::rules::Rules;
 use grains::scene::{AfterForce, Scene};
-use grains::tables::{Bodies, BodyIds, Memories, Remembered, RememberedAcross, Snapshot};
+use grains::tables::{Bodies, BodyIds, Memories, Remembered, RememberedAcross, Snapshot, Stage};
 use grains::task::{Case, Observer, Seen, Start, Task, Until};
 use grains::vector::{Vector, hypot, minus, plus, times};
 
 use crate::Answer;
+use crate::causes::Cause;
 use crate::contacts::OUT_OF_TANGENT;
 use crate::envelope::{self, Envelope, Resolution};
 use crate::judge::{NotAsked, OTHER_MOMENTS, OfStart, Verdict, have_same_bits, verdict};
+use crate::terms;
 
 /// A few hundred steps of a scene's run, that an engine is asked for as it is for the whole: with its stages, its punch and
 /// its count of steps, none of which a case has.
@@ -278,6 +280,47 @@ impl Excerpt {
         excerpt
     }
 
+    /// The same, looked at in each of its steps.
+    pub fn step_by_step(&self) -> Self {
+        let mut excerpt = self.clone();
+        excerpt.scene.measurement.history_every = 1;
+        excerpt
+    }
+
+    /// What does not follow from the rest in the first steps of one of its stages, of moments one step apart.
+    pub fn unexplained(&self, moments: &[Snapshot]) -> Option<Cause> {
+        let case = |stage: Stage| {
+            let model = Model::in_stage(&self.scene, stage);
+            Case::new(
+                &self.start,
+                model,
+                self.task.start.bodies.clone(),
+                Vec::new(),
+            )
+        };
+        let stages = moments.chunk_by(|one, next| one.stage == next.stage);
+        stages.into_iter().find_map(|moments| {
+            let first = moments.first()?;
+            let moments = &moments[..moments.len().min(MOST_FOLLOWED)];
+            let made_under = case(first.constants());
+            let found = terms::found(&[(&case(first.stage), moments)], Some(&made_under), true);
+            let stage = match first.stage {
+                Stage::Settle => "pouring",
+                Stage::Load => "loading",
+            };
+            let title = format!("{}, in {stage} from step {} on", self.start, first.step);
+            let terms = found.terms.iter().map(|term| format!("{title}: {term}"));
+            let terms: Vec<String> = terms.collect();
+            (!terms.is_empty() || !found.unexplained.is_empty()).then(|| Cause {
+                law: AS_A_SCENE.to_owned(),
+                left_in: title,
+                terms,
+                unexplained: found.unexplained,
+                ..Cause::default()
+            })
+        })
+    }
+
     /// Whether the native engine makes these moments, to the last bit.
     pub fn has_bits(&self, moments: &[Snapshot]) -> bool {
         self.native(None)
@@ -383,6 +426,9 @@ impl Excerpt {
 }
 
 const AS_A_SCENE: &str = "as a scene";
+
+/// So many moments of a stage are looked at step by step.
+const MOST_FOLLOWED: usize = 40;
 
 /// A pressure that no punch has, Pa.
 const UNREACHED: f64 = 1.0e15;

@@ -561,7 +561,7 @@ impl Reference {
                     "moments that are told of at every step: at step {EARLY} grains move otherwise than where fewer steps are told of"
                 )],
                 false => {
-                    let found = terms::found(&runs, moves);
+                    let found = terms::found(&runs, None, moves);
                     *unexplained = found.unexplained;
                     found.terms
                 }

@@ -209,13 +209,17 @@ const GROUPS: [&[usize]; 7] = [
 ];
 
 /// Runs of one law, each with moments that follow each other step by step from the start.
-/// Motion that follows from forces which are not those that are written is not told.
-pub(crate) fn found(runs: &[(&Case, &[Snapshot])], moves: bool) -> Found {
+/// Motion that follows from forces which are not those that are written is not told. The first moment may have been made under another law.
+pub(crate) fn found(
+    runs: &[(&Case, &[Snapshot])],
+    made_under: Option<&Case>,
+    moves: bool,
+) -> Found {
     let all = in_parallel(runs.len(), |run| {
         let (case, moments) = runs[run];
         let mut rows = Rows::new();
         let mut follower = Follower::new(case, run);
-        follower.follow(moments, &mut rows);
+        follower.follow(moments, made_under, &mut rows);
         (rows, follower.seen)
     });
     let (mut rows, mut seen) = (Rows::new(), Seen::default());
@@ -401,7 +405,7 @@ mod tests {
         for state in states() {
             let (case, run) = run(&state, &Variant::default());
             let mut rows = Rows::new();
-            Follower::new(&case, 0).follow(&run, &mut rows);
+            Follower::new(&case, 0).follow(&run, None, &mut rows);
             assert!(!rows.is_empty(), "{}", case.name);
             for ((quantity, kind), rows) in rows {
                 let off = rows.iter().filter(|row| row.is_off()).count();
@@ -414,13 +418,13 @@ mod tests {
                 );
             }
             assert_eq!(
-                found(&[(&case, &run)], true).terms,
+                found(&[(&case, &run)], None, true).terms,
                 [""; 0],
                 "{}",
                 case.name
             );
             assert_eq!(
-                found(&[(&case, &run)], true).unexplained,
+                found(&[(&case, &run)], None, true).unexplained,
                 [""; 0],
                 "{}",
                 case.name
@@ -446,7 +450,7 @@ mod tests {
                 of_law.iter().map(|state| run(state, &variant)).collect();
             let runs: Vec<(&Case, &[Snapshot])> =
                 runs.iter().map(|(case, run)| (case, &run[..])).collect();
-            let told = found(&runs, true).terms;
+            let told = found(&runs, None, true).terms;
             assert!(
                 told.iter()
                     .any(|told| told.starts_with("spins") && told.contains(words)),
@@ -471,7 +475,7 @@ mod tests {
             .collect();
         let runs: Vec<(&Case, &[Snapshot])> =
             runs.iter().map(|(case, run)| (case, &run[..])).collect();
-        let told = found(&runs, false).terms;
+        let told = found(&runs, None, false).terms;
         let forces = told.iter().find(|told| told.starts_with("normal forces"));
         let forces = forces.map_or("", |told| told);
         assert!(forces.contains("single precision"), "{told:?}");
@@ -511,7 +515,7 @@ mod tests {
                 let runs: Vec<(Case, Vec<Snapshot>)> = runs.collect();
                 let runs: Vec<(&Case, &[Snapshot])> =
                     runs.iter().map(|(case, run)| (case, &run[..])).collect();
-                let told = found(&runs, true).terms.join("; ");
+                let told = found(&runs, None, true).terms.join("; ");
                 assert!(
                     told.contains(what) && told.contains(words),
                     "{law}: {form:?}: {told}"

@@ -75,12 +75,20 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
         .copied()
         .collect();
     let all: Vec<&Row> = rows.iter().collect();
-    let said = of_terms(&both, &all, plainly);
-    if said.is_some() || right.is_empty() {
-        return said.map(|said| (said.0, String::new()));
-    }
     let some: Vec<&Row> = off.iter().step_by(some(&off)).copied().collect();
-    let (said, more) = of_terms(&some, &off, plainly)?;
+    // What a formula has comes first, for all rows and for those that are off.
+    let plain = search(&both, &all, plainly, true);
+    let of_off = || search(&some, &off, plainly, true).filter(|_| !right.is_empty());
+    let of_off = if plain.is_none() { of_off() } else { None };
+    let for_all = || plain.or_else(|| of_terms(&both, &all, plainly));
+    if of_off.is_none()
+        && let Some((said, _)) = for_all()
+    {
+        return Some((said, String::new()));
+    }
+    let (said, more) = of_off
+        .or_else(|| of_terms(&some, &off, plainly))
+        .filter(|_| !right.is_empty())?;
     // Of what would hardly move a row it is not known whether it has it.
     let is_clear = |row: &&Row| row.is_off() || more.is_empty() || row.left(&more) > CLEAR;
     let clear: Vec<&Row> = rows.iter().filter(is_clear).collect();
@@ -170,15 +178,14 @@ fn coarse(rows: &[Row]) -> Option<String> {
 /// What is summed may be so many times as large as what is known of it.
 const SUMMED: f64 = 3.0;
 
-/// Multiples that a formula has before all others, and after them factors that hang on sizes.
+/// What no formula has as it is: factors that hang on sizes, and any multiple.
 /// In words, and of which terms there is how much more where that is the same for all.
 fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<(String, More)> {
-    let plain = search(some, all, plainly, true);
     let factor =
         |is_formula| factor(some, all, plainly, is_formula).map(|said| (said, More::new()));
-    let (by_sizes, by_one) = (|| factor(true), || factor(false));
-    let any = || search(some, all, plainly, false);
-    plain.or_else(by_sizes).or_else(any).or_else(by_one)
+    factor(true)
+        .or_else(|| search(some, all, plainly, false))
+        .or_else(|| factor(false))
 }
 
 /// The fewest terms of which another multiple explains all rows.
@@ -230,9 +237,12 @@ fn search(some: &[&Row], all: &[&Row], plainly: usize, only_plain: bool) -> Opti
         });
         let mut fitted: Vec<Vec<(usize, f64)>> = fitted.collect();
         let ugly = |more: &Vec<(usize, f64)>| {
-            more.iter()
-                .filter(|(term, more)| !is_plain(some[0].terms[*term].1 + more))
-                .count()
+            let is_ugly = |(term, more): &&(usize, f64)| {
+                let usual = some[0].terms[*term].1;
+                // What comes besides comes once, twice or half.
+                !is_plain(usual + more) || usual == 0.0 && more.abs() > 2.0 + 1.0e-6
+            };
+            more.iter().filter(is_ugly).count()
         };
         // As many free numbers as rows explain anything.
         // Nor do several terms of which one has a factor that no formula has.

@@ -8,6 +8,8 @@ use grains::task::Case;
 use super::{MARKS, Of, Row};
 use crate::conditions;
 
+/// In no more steps than these a step says more than which contacts are wrong there.
+const FEW_STEPS: usize = 3;
 /// So many grains or contacts are named.
 const FEW: usize = 4;
 
@@ -45,9 +47,6 @@ pub(super) fn place(rows: &[&Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) 
             break;
         }
     }
-    if few.len() <= FEW {
-        return format!("{} alone", few.join(", "));
-    }
     let begins = |row: &Row| match row.subject {
         Of::Contact(one, two) => {
             let before = row.at.1.checked_sub(1).map(|at| &runs[row.at.0].1[at]);
@@ -74,15 +73,18 @@ pub(super) fn place(rows: &[&Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) 
         .values()
         .filter(|(_, off)| *off > 0)
         .all(|(all, off)| all == off);
-    if whole {
-        let steps = moments.iter().filter(|(_, counts)| counts.1 > 0);
-        let steps: BTreeSet<usize> = steps.map(|(at, _)| at.1).collect();
+    let steps = moments.iter().filter(|(_, counts)| counts.1 > 0);
+    let steps: BTreeSet<usize> = steps.map(|(at, _)| at.1).collect();
+    if whole && (few.len() > FEW || steps.len() <= FEW_STEPS) {
         let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
         let more = if steps.len() > 6 { ", …" } else { "" };
         return format!(
             "in step {}{more} alone, and in all of them there",
             steps[..steps.len().min(6)].join(", ")
         );
+    }
+    if few.len() <= FEW {
+        return format!("{} alone", few.join(", "));
     }
     if let Some(where_all_are) = split(rows) {
         return where_all_are;

@@ -114,7 +114,13 @@ impl<'a> Follower<'a> {
         }
     }
 
-    pub(super) fn follow(&mut self, moments: &[Snapshot], rows: &mut Rows) {
+    /// Contacts of the first moment have a history where it was made under another law: they are no more than what others follow from.
+    pub(super) fn follow(
+        &mut self,
+        moments: &[Snapshot],
+        made_under: Option<&'a Case>,
+        rows: &mut Rows,
+    ) {
         let rules = self.case.model.law.resolved(self.case.model.rules);
         if rules.written_velocities != WrittenVelocities::HalfStep {
             return;
@@ -128,7 +134,7 @@ impl<'a> Follower<'a> {
             now_bodies.mass.clone_from(&given.mass);
             now_bodies.inertia.clone_from(&given.inertia);
             now_bodies.material.clone_from(&given.material);
-            if let Some((was, loads)) = &past {
+            if let Some((was, loads)) = past.as_ref().filter(|_| at > 1 || made_under.is_none()) {
                 self.motion((*was, now), (loads, before.as_deref()), at, rows);
             }
             before = past.take().map(|(_, loads)| loads);
@@ -165,7 +171,16 @@ impl<'a> Follower<'a> {
                     },
                 }));
             }
-            let loads = self.contacts(&reference, now, at, rows);
+            let mut loads = self.contacts(&reference, now, at, rows);
+            if let (0, Some(before)) = (at, made_under) {
+                rows.clear();
+                (self.before, self.seen) = Default::default();
+                let case = std::mem::replace(&mut self.case, before);
+                let reference =
+                    Reference::holding(&before.model, &now_bodies, now.punch, &now.contacts);
+                loads = self.contacts(&reference, now, at, &mut Rows::new());
+                self.case = case;
+            }
             past = Some((now, loads));
         }
     }
@@ -492,8 +507,7 @@ impl<'a> Follower<'a> {
         self.seen.slid.extend(slid);
         self.before = after;
         self.ended.extend(
-            past
-                .into_iter()
+            past.into_iter()
                 .filter(|(ids, _)| !self.before.contains_key(ids)),
         );
         if let Some(punch) = now.punch {
