@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::Model;
+use crate::model::{Model, Wall};
 use crate::scene::Scene;
 use crate::tables::{Bodies, BodyIds, Memories, Punch, Snapshot, Stage, StopReason};
 
@@ -230,6 +230,12 @@ impl Case {
             punch: None,
             moments,
         }
+    }
+
+    /// The wall that has this id.
+    pub fn wall(&self, id: u32) -> Option<&Wall> {
+        let index = id.checked_sub(self.ids().wall(0))?;
+        self.model.walls.get(index as usize)
     }
 
     /// The same, looked at in other moments.

@@ -157,16 +157,19 @@ pub enum Whose {
     Larger,
     Mean,
     GeometricMean,
+    /// Each has that of the other.
+    Other,
 }
 
 impl Whose {
-    pub const ALL: [Whose; 6] = [
+    pub const ALL: [Whose; 7] = [
         Whose::First,
         Whose::Second,
         Whose::Smaller,
         Whose::Larger,
         Whose::Mean,
         Whose::GeometricMean,
+        Whose::Other,
     ];
 
     /// The value that is taken for both; of materials the one with the smaller or larger modulus, and the first where it is the mean.
@@ -176,6 +179,7 @@ impl Whose {
             Whose::Second => two,
             Whose::Smaller if !is_less => two,
             Whose::Larger if is_less => two,
+            Whose::Other => return [two, one],
             _ => one,
         };
         [whose; 2]

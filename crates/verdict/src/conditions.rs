@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grains::model::Law;
+use grains::model::{Axis, Law};
 use grains::obstacle::Surface;
 use grains::scene::{NewContactSlip, SlipVelocity, Springs, Tension, TorqueArms, Viscosity};
 use grains::tables::{Contact, Snapshot};
@@ -18,7 +18,7 @@ use crate::exercise::slides;
 const LEVEL: f64 = 0.05;
 
 /// Of the right ones no more than one of so many has what is said of the wrong ones.
-const MOST_RIGHT: usize = 5;
+const MOST_RIGHT: usize = 2;
 
 /// What is known of each of some contacts, grains or states.
 struct Properties<'a, T> {
@@ -243,6 +243,13 @@ pub(crate) fn of_contacts(
         let wall = ids.wall(index);
         properties.add(format!("they are at wall {index}"), |row| {
             row.contact.id1 == wall
+        });
+    }
+    let axes = [(Axis::X, "x"), (Axis::Y, "y"), (Axis::Z, "z")];
+    for (axis, name) in axes {
+        properties.add(format!("they are at walls across {name}"), |row| {
+            case.wall(row.contact.id1)
+                .is_some_and(|wall| wall.axis == axis)
         });
     }
     let first = ids.wall(case.model.walls.len());

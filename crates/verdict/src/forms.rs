@@ -143,7 +143,21 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
         // The smaller friction angle and the mean radius of rolling are the model's, materials have no mean, and that of linear springs is a rule.
         all.filter(move |form| match form {
             Form::TakenFor(Input::StiffnessRadii, whose, _) => {
-                is_hertz || [Whose::First, Whose::Second].contains(whose)
+                is_hertz && *whose != Whose::Other
+                    || [Whose::First, Whose::Second].contains(whose)
+                    || !is_hertz && *whose == Whose::Other
+            }
+            // Others go into formulas that are the same for both.
+            Form::TakenFor(_, Whose::Other, _) => {
+                let one_sided = [
+                    Input::TangentialRadii,
+                    Input::SlipRadii,
+                    Input::TorqueArms,
+                    Input::NormalPoissons,
+                    Input::TangentialPoissons,
+                    Input::TangentialModuli,
+                ];
+                one_sided.contains(&input)
             }
             Form::TakenFor(Input::FrictionAngles, Whose::Smaller, _)
             | Form::TakenFor(Input::RollingRadii, Whose::Mean, _) => false,
@@ -305,6 +319,7 @@ pub fn in_words(form: Form) -> String {
                 Whose::Larger => "the larger one",
                 Whose::Mean => "the mean",
                 Whose::GeometricMean => "the geometric mean",
+                Whose::Other => "the other one's",
             };
             let place = match alone {
                 Alone::Everywhere => "bodies",

@@ -53,7 +53,7 @@ struct Row {
 }
 
 /// What contacts are: some of these.
-type Marks = u8;
+type Marks = u16;
 const SLIDES_NOW: Marks = 1;
 const SLID: Marks = 2;
 const BEGINS: Marks = 4;
@@ -61,9 +61,11 @@ const PARTS: Marks = 8;
 const AT_WALL: Marks = 16;
 const AT_PUNCH: Marks = 32;
 const BEYOND_LIMIT: Marks = 64;
+/// At a wall across x, z and y, as axes are numbered.
+const ACROSS: [Marks; 3] = [128, 256, 512];
 
 /// In words: of contacts that are so, of those that are not, of grains with such a contact and of grains without one.
-const MARKS: [(Marks, [&str; 4]); 7] = [
+const MARKS: [(Marks, [&str; 4]); 10] = [
     (
         SLIDES_NOW,
         [
@@ -125,6 +127,33 @@ const MARKS: [(Marks, [&str; 4]); 7] = [
             "their moment against rolling has never been at its limit",
             "a moment against rolling at one of their contacts has been at its limit",
             "no moment against rolling at their contacts has been at its limit",
+        ],
+    ),
+    (
+        ACROSS[0],
+        [
+            "they are at walls across x",
+            "they are not at walls across x",
+            "they touch a wall across x",
+            "they touch no wall across x",
+        ],
+    ),
+    (
+        ACROSS[2],
+        [
+            "they are at walls across y",
+            "they are not at walls across y",
+            "they touch a wall across y",
+            "they touch no wall across y",
+        ],
+    ),
+    (
+        ACROSS[1],
+        [
+            "they are at walls across z",
+            "they are not at walls across z",
+            "they touch a wall across z",
+            "they touch no wall across z",
         ],
     ),
 ];
@@ -429,6 +458,17 @@ mod tests {
                 "{}",
                 case.name
             );
+        }
+    }
+
+    /// Nor where contacts have a history and stages change.
+    #[test]
+    fn nothing_is_left_of_a_right_engine_in_scenes() {
+        let in_space = crate::spheres::reference().expect("a bed");
+        let plane = crate::judge::Reference::new(100, DISPERSION, &mut |_| ()).expect("a bed");
+        for excerpt in in_space.excerpts.iter().chain(&plane.excerpts) {
+            let moments = excerpt.step_by_step().native(None).expect("a run");
+            assert_eq!(excerpt.unexplained(&moments), None, "{}", excerpt.start);
         }
     }
 

@@ -118,6 +118,8 @@ pub struct ByTable {
 pub struct Told {
     pub normal: Vector,
     pub overlap: f64,
+    /// Of the spring along the tangent, N/m.
+    pub k_s: f64,
     /// Tangential force on body 2, and the whole force on it, N.
     pub tangential: Vector,
     pub force: Vector,
@@ -153,6 +155,8 @@ pub struct Parts {
     /// The spring's force of the step before, and what turning with the normal and about it adds.
     pub kept: Vector,
     pub turns: [Vector; 2],
+    /// What turning about the normal adds by each spin alone.
+    pub twists: [Vector; 2],
     /// Turned as the spring: the force that was told, what its dashpot did and what the slip added.
     pub turned: [Vector; 3],
     /// What this step's slip adds by the centres and by each spin; in its first step a contact gets this share.
@@ -494,7 +498,7 @@ impl Reference {
                 true => minus(told.tangential, told.braking),
                 false => told.tangential,
             },
-            k_s: self.strength_at(ids, told.overlap, touch.first, &pair).k_s,
+            k_s: told.k_s,
             bending: told.moments[0],
             twisting: told.moments[1],
             ..Memory::new(ids, pair)
@@ -502,19 +506,19 @@ impl Reference {
         let (tangential_by_law, ..) =
             self.shear(touch, on, (&pair, &strength), told, memory.as_ref());
         let kept = memory.map_or(NONE, |memory| self.rescaled(&memory, &strength));
-        let turns = memory.map_or([NONE; 2], |memory| {
-            let with = self.turned(
-                memory.normal,
-                kept,
-                touch,
-                on.map(|motion| Motion {
-                    spin: NONE,
-                    ..motion
-                }),
-            );
-            let both = self.turned(memory.normal, kept, touch, on);
-            [minus(with, kept), minus(both, with)]
+        let ([with, both], twists) = memory.map_or(([kept; 2], [NONE; 2]), |memory| {
+            let turned = |has_spin: [bool; 2]| {
+                let on = [0, 1].map(|side| Motion {
+                    spin: if has_spin[side] { on[side].spin } else { NONE },
+                    ..on[side]
+                });
+                self.turned(memory.normal, kept, touch, on)
+            };
+            let with = turned([false; 2]);
+            let alone = [[true, false], [false, true]].map(|spin| minus(turned(spin), with));
+            ([with, turned([true; 2])], alone)
         });
+        let turns = [minus(with, kept), minus(both, with)];
         let way = -self.slip(touch, on).1 * self.constants.dt;
         let share = match self.rules().new_contact {
             _ if before.is_some() => 1.0,
@@ -601,6 +605,7 @@ impl Reference {
             limit: self.limit(&pair, &strength, told).0,
             kept,
             turns,
+            twists,
             turned: before.map_or([NONE; 3], |told| {
                 let all = [told.tangential, told.braking, told.slip];
                 all.map(|force| self.turned(told.normal, force, touch, on))

@@ -18,6 +18,8 @@ const MOST_TERMS: usize = 3;
 const CLEAR: f64 = 30.0;
 /// Of this many rows of a right engine one may be off, by what its contacts remember and do not write.
 const FEW_OFF: usize = 20;
+/// And a few may be whatever their share is.
+const FEWEST_OFF: usize = 3;
 /// So many of the best sets of terms are looked at closely.
 const TRIED: usize = 12;
 
@@ -97,18 +99,38 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
 
 /// How many and which rows of a kind do not follow from the rest, where no term explains them.
 pub(super) fn unexplained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<String> {
-    let is_plainly = |row: &&Row| !(row.ratio() <= CLEAR);
+    let is_plainly = |row: &&Row| row.ratio() > CLEAR || !hypot(row.off).is_finite();
     let known: Vec<&Row> = rows
         .iter()
         .filter(|row| is_plainly(row) || !row.is_off())
         .collect();
     let off: Vec<&Row> = rows.iter().filter(is_plainly).collect();
-    if FEW_OFF * off.len() <= rows.len() || off.iter().all(|row| row.ratio() <= PLAIN) {
+    if off.len() < FEWEST_OFF
+        || FEW_OFF * off.len() <= rows.len()
+        || off.iter().all(|row| row.ratio() <= PLAIN)
+    {
         return None;
     }
+    let along = |axis: usize| {
+        hypot(off.iter().fold([0.0; 3], |most, row| {
+            let part = |at: usize| {
+                if at == axis {
+                    0.0
+                } else {
+                    row.off[at] / row.least
+                }
+            };
+            [0, 1, 2].map(|at| f64::max(most[at], part(at).abs()))
+        })) <= CLEAR
+    };
+    let axis = [0, 1, 2].into_iter().find(|axis| along(*axis));
+    let is_vector = matches!(off.first()?.subject, Of::Grain(_)) && runs[0].0.bodies.in_space();
+    let axis = axis.filter(|_| is_vector).map_or("", |axis| {
+        [", along x alone", ", along y alone", ", along z alone"][axis]
+    });
     Some(match off.len() == known.len() {
-        true => format!("all {}", known.len()),
-        false => place(&known, &off, runs),
+        true => format!("all {}{axis}", known.len()),
+        false => format!("{}{axis}", place(&known, &off, runs)),
     })
 }
 

@@ -36,9 +36,14 @@ impl Follower<'_> {
         }
         let (dt, bodies) = (model.dt, &self.case.bodies);
         let damped = &mut self.seen.damped;
+        let before_this = std::mem::take(&mut self.was_off);
+        let was_off = &mut self.was_off;
+        let off_before =
+            |quantity: usize, id: usize| before_this.get(&(quantity, id)).copied().unwrap_or(NONE);
         for (id, load) in loads.iter().enumerate() {
             let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
+                was_off.insert((quantity.min(SPINS), id), off);
                 // A program may read the numbers of another one.
                 let (before, after) = (id.saturating_sub(1), (id + 1).min(bodies.len() - 1));
                 let of_others = |numbers: &[f64], [own, of_before, of_after]: [&'static str; 3]| {
@@ -61,6 +66,13 @@ impl Follower<'_> {
                 }
                 sizes.extend(of_others(&bodies.mass, masses));
                 sizes.push(("R", radius));
+                sizes.push(("the speed before the step", hypot(was.bodies.velocity(id))));
+                if !bodies.inertia.is_empty() {
+                    sizes.push((
+                        "the spin before the step",
+                        hypot(was.bodies.angular_velocity(id)),
+                    ));
+                }
                 rows.entry((quantity, 0)).or_default().push(Row {
                     at: (self.run, at),
                     subject: Of::Grain(id),
@@ -168,11 +180,12 @@ impl Follower<'_> {
                 "contact forces of the step before", 0.0 => before.map_or(NONE, |before| before[id].force());
                 "m·v/Δt", 0.0 => times(mass / dt, v0);
                 "all contact forces and the weight", 1.0 => acting;
+                "what it was off by in the step before", 0.0 => off_before(VELOCITIES, id);
             };
             if gained.iter().all(|component| component.is_finite()) {
                 add(VELOCITIES, minus(gained, acting), least, terms);
             }
-            if !model.law.rotates() {
+            if !model.law.rotates() || self.forgets_moments {
                 continue;
             }
             let [w0, w1] = [was, now].map(|moment| moment.bodies.angular_velocity(id));
@@ -189,6 +202,10 @@ impl Follower<'_> {
             let least = ROUNDED * largest.fold(radius * 1.0e-6 * hypot(weight), f64::max)
                 + 4.0 * f64::EPSILON * inertia * hypot(w1).max(hypot(w0)) / dt;
             let of_kind = |kind: usize| load.kinds[kind].torque;
+            let all_before = before.map_or(NONE, |before| {
+                let before = &before[id];
+                sum([before.torque(), before.moments[0], before.moments[1]])
+            });
             let terms: Vec<Term> = terms! {
                 "all torques of forces", 1.0 => load.torque();
                 "moments against rolling", 1.0 => load.moments[0];
@@ -229,6 +246,10 @@ impl Follower<'_> {
                 "what moments against rolling would keep of those against twisting", 0.0 => load.exchanged[0];
                 "what moments against twisting would keep of those against rolling", 0.0 => load.exchanged[1];
                 "all torques and moments", 1.0 => torque;
+                "torques and moments of the step before about x", 0.0 => [all_before[0], 0.0, 0.0];
+                "torques and moments of the step before about y", 0.0 => [0.0, all_before[1], 0.0];
+                "torques and moments of the step before about z", 0.0 => [0.0, 0.0, all_before[2]];
+                "what it was off by in the step before", 0.0 => off_before(SPINS, id);
             };
             if gained.iter().all(|component| component.is_finite()) {
                 let quantity = match (load.near_limit, load.was_beyond_limit) {

@@ -83,7 +83,13 @@ pub(super) fn place(rows: &[&Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) 
             steps[..steps.len().min(6)].join(", ")
         );
     }
-    if few.len() <= FEW {
+    let is_at_times = |row: &&Row| {
+        !row.is_off()
+            && off
+                .iter()
+                .any(|off| off.subject == row.subject && off.at.0 == row.at.0)
+    };
+    if few.len() <= FEW && !rows.iter().any(is_at_times) {
         return format!("{} alone", few.join(", "));
     }
     if let Some(where_all_are) = split(rows) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use grains::reference::{Parts, Reference, Told};
-use grains::rules::{SpringWhenSliding, TangentialDashpot, WrittenVelocities};
+use grains::rules::{Rules, SpringWhenSliding, TangentialDashpot, WrittenVelocities};
 use grains::tables::{Body, Contact, Snapshot};
 use grains::task::Case;
 use grains::vector::{Vector, cross, dot, hypot, minus, plus, sum, times};
@@ -28,6 +28,10 @@ pub(super) struct Follower<'a> {
     before: BTreeMap<(u32, u32), Before>,
     /// The same of contacts that have ended.
     ended: BTreeMap<(u32, u32), Before>,
+    /// Moments have a history that is not written.
+    pub(super) forgets_moments: bool,
+    /// How far the velocity and the spin of each grain were off in the step before.
+    pub(super) was_off: BTreeMap<(usize, usize), Vector>,
     /// What is not a sum of terms.
     pub(super) seen: Seen,
 }
@@ -39,6 +43,8 @@ struct Before {
     normal_force: f64,
     tangential: Vector,
     turned: f64,
+    /// By which it was made.
+    rules: Rules,
     /// Whether its moment against rolling has ever been near its limit.
     has_rolled: bool,
     marks: Marks,
@@ -110,6 +116,8 @@ impl<'a> Follower<'a> {
             run,
             before: BTreeMap::new(),
             ended: BTreeMap::new(),
+            was_off: BTreeMap::new(),
+            forgets_moments: false,
             seen: Seen::default(),
         }
     }
@@ -125,6 +133,9 @@ impl<'a> Follower<'a> {
         if rules.written_velocities != WrittenVelocities::HalfStep {
             return;
         }
+        let rolling = self.case.model.law.contact.rolling;
+        let remembers = rolling.is_some_and(|rolling| rolling.bending_stiffness.is_some());
+        self.forgets_moments = made_under.is_some() && remembers;
         let mut past: Option<(&Snapshot, Vec<Loads>)> = None;
         let mut before: Option<Vec<Loads>> = None;
         for (at, now) in moments.iter().enumerate() {
@@ -225,8 +236,8 @@ impl<'a> Follower<'a> {
             let told_of = |was: &Before| {
                 // A force that is at its limit had no dashpot added.
                 let limit = was.parts.limit;
-                let cut = is_at(hypot(was.tangential), limit, was.turned);
-                let acts = match rules.tangential_dashpot {
+                let cut = limit == 0.0 || is_at(hypot(was.tangential), limit, was.turned);
+                let acts = match was.rules.tangential_dashpot {
                     TangentialDashpot::None => false,
                     TangentialDashpot::WhileSticking => !cut,
                     _ => true,
@@ -242,6 +253,7 @@ impl<'a> Follower<'a> {
                 let told = Told {
                     normal: was.normal,
                     overlap: was.overlap,
+                    k_s: was.parts.k_s,
                     tangential: plus(was.tangential, along),
                     force: plus(times(was.normal_force, was.normal), was.tangential),
                     braking: sum(was.parts.brakings),
@@ -276,7 +288,16 @@ impl<'a> Follower<'a> {
                 .into_iter()
                 .fold(0.0, f64::max);
             let before = was.map_or(0.0, |was| was.parts.limit.max(hypot(was.tangential)));
-            let loose = LOOSE * turned * hypot(tangential).max(parts.limit).max(before);
+            let bodies = [ids.0, ids.1].map(|id| id as usize);
+            let bodies = bodies.into_iter().filter(|id| *id < case.bodies.len());
+            let speeds = bodies.map(|id| {
+                let spin = now.bodies.angular_velocity(id);
+                hypot(now.bodies.velocity(id)) + case.bodies.radius[id] * hypot(spin)
+            });
+            // Velocities of two are nearly one where they hardly slip.
+            let rounded = 4.0 * f64::EPSILON * speeds.sum::<f64>();
+            let loose = LOOSE * turned * hypot(tangential).max(parts.limit).max(before)
+                + rounded * (parts.k_s * dt + parts.c_s.max(parts.c_n));
             let kind = parts.first as usize;
             let [r1, r2] = parts.radii;
             let m2 = case.bodies.mass[ids.1 as usize];
@@ -324,6 +345,9 @@ impl<'a> Follower<'a> {
                 | is(parts.way < 0.0, PARTS)
                 | is(kind == 1, AT_WALL)
                 | is(kind == 2, AT_PUNCH)
+                | case
+                    .wall(ids.0)
+                    .map_or(0, |wall| ACROSS[wall.axis as usize])
                 | is(
                     hypot(parts.without_limit) >= parts.most_moment,
                     BEYOND_LIMIT,
@@ -498,6 +522,7 @@ impl<'a> Follower<'a> {
                     normal_force: fn_told,
                     tangential,
                     turned,
+                    rules,
                     has_rolled,
                     marks,
                     first,
@@ -549,8 +574,9 @@ impl<'a> Follower<'a> {
         if !case.model.law.has_friction() {
             return None;
         }
-        let kept_is_told = rules.spring_when_sliding == SpringWhenSliding::Limited;
-        if before.is_some_and(|(_, (_, cut))| cut && !kept_is_told) {
+        if before.is_some_and(|(was, (_, cut))| {
+            cut && was.rules.spring_when_sliding != SpringWhenSliding::Limited
+        }) {
             return None;
         }
         let across = |vector: Vector| minus(vector, times(dot(vector, normal), normal));
@@ -615,6 +641,8 @@ impl<'a> Follower<'a> {
                 "the spring's force of the step before, not turned,", 1.0 => parts.kept;
                 "the turn of the spring with the normal", 1.0 => parts.turns[0];
                 "the turn of the spring about the normal", 1.0 => parts.turns[1];
+                "the turn of the spring about the normal by the first one's spin", 1.0 => parts.twists[0];
+                "the turn of the spring about the normal by the second one's spin", 1.0 => parts.twists[1];
                 "k_s·Δt·slip of the spins", parts.share => spins(&parts.slips);
                 "k_s·Δt·slip of the centres", parts.share => parts.slips[0];
                 "the dashpot's force by the spins", has(!none) => spins(&parts.brakings);
