@@ -163,13 +163,16 @@ impl<'a, T> Properties<'a, T> {
     }
 }
 
-/// Where some rows are wrong: what they have and no other one, or what they all have and few others. Of properties there are words for
-/// rows with and without it.
+/// In words of rows that have it and of those that have not.
+pub(crate) type Property<'a, T> = ([&'static str; 2], &'a dyn Fn(&T) -> bool);
+pub(crate) type Number<'a, T> = (&'static str, &'a dyn Fn(&T) -> f64);
+
+/// Where some rows are wrong: what they have and no other one, or what they all have and few others.
 pub(crate) fn of_rows<T>(
     all: &[T],
     wrong: impl Fn(&T) -> bool,
-    properties: &[([&str; 2], &dyn Fn(&T) -> bool)],
-    numbers: &[(&'static str, &dyn Fn(&T) -> f64)],
+    properties: &[Property<'_, T>],
+    numbers: &[Number<'_, T>],
 ) -> Option<String> {
     let mut of_all = Properties::new(all, wrong)?;
     for (words, has) in properties {

@@ -142,15 +142,13 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
             .flat_map(move |alone| Whose::ALL.map(|whose| Form::TakenFor(input, whose, *alone)));
         // The smaller friction angle and the mean radius of rolling are the model's, materials have no mean, and that of linear springs is a rule.
         all.filter(move |form| match form {
+            // Formulas are the same for both where they have one number of each.
+            Form::TakenFor(Input::StiffnessRadii, Whose::Other, _) => materials && !is_hertz,
             Form::TakenFor(Input::StiffnessRadii, whose, _) => {
-                is_hertz && *whose != Whose::Other
-                    || [Whose::First, Whose::Second].contains(whose)
-                    || !is_hertz && *whose == Whose::Other
+                is_hertz || [Whose::First, Whose::Second].contains(whose)
             }
-            // Others go into formulas that are the same for both.
             Form::TakenFor(_, Whose::Other, _) => {
                 let one_sided = [
-                    Input::TangentialRadii,
                     Input::SlipRadii,
                     Input::TorqueArms,
                     Input::NormalPoissons,
