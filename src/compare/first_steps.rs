@@ -14,7 +14,7 @@ use grains::task::Case;
 use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, Farthest, REPLICAS};
-use verdict::excerpt::{Excerpt, STEPS_OF_EXCERPT};
+use verdict::excerpt::{Excerpt, FirstMoments, STEPS_OF_EXCERPT};
 use verdict::exercise::Range;
 use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
@@ -313,11 +313,24 @@ pub fn from_bed(
                     answer => excerpt.judge(answer?, found.resolution)?,
                 };
                 // What is wrong in a scene alone is in what no case has.
+                let farthest = judged.farthest.as_ref();
                 let is_followed = found.causes.is_empty()
-                    && judged.verdict == Verdict::Different
-                    && judged.farthest.is_some();
-                if is_followed && let Ok(Ok(moments)) = run_excerpt(engine, &asked.step_by_step()) {
-                    found.causes.extend(excerpt.unexplained(&moments));
+                    && found.written.is_empty()
+                    && found.resolution.moves_in_double()
+                    && judged.verdict == Verdict::Different;
+                if let Some(farthest) = farthest.filter(|_| is_followed) {
+                    let mut first = FirstMoments::default();
+                    let asked = asked.step_by_step();
+                    let work = work_folder().map_err(ProgramError::File)?;
+                    // It has run before; where it does not again, no more is told.
+                    if engine
+                        .run(&asked.scene, &asked.task, work.path(), &mut first)
+                        .is_ok()
+                    {
+                        found
+                            .causes
+                            .extend(excerpt.followed(&first.0, !farthest.moves_right()));
+                    }
                 }
                 found.starts.push(judged);
             }

@@ -213,8 +213,8 @@ impl Cause {
         let mut hints: Vec<String> = possible.map(hint).collect();
         hints.extend((!forms.is_empty() && self.comes_near).then(|| forms.to_owned()));
         if !self.unexplained.is_empty() {
-            let follows = "What it writes at each step follows from the rest but for";
-            return format!("{left}. {follows} {}.", self.unexplained.join("; and for "));
+            let follows = "What it writes at each step does not follow from the rest in";
+            return format!("{left}. {follows} {}.", self.unexplained.join("; and in "));
         }
         match hints.is_empty() {
             true => format!(

@@ -24,6 +24,8 @@ const MOST_RIGHT: usize = 2;
 struct Properties<'a, T> {
     all: &'a [T],
     wrong: Vec<bool>,
+    /// Which contact or grain each is of: of one and the same many moments are no more evidence than one.
+    subjects: Vec<usize>,
     /// In words, and which have it.
     has: Vec<(String, Vec<bool>)>,
     /// In words, with the place of the number, and the numbers.
@@ -38,6 +40,7 @@ impl<'a, T> Properties<'a, T> {
         are_both.then(|| Properties {
             all,
             wrong,
+            subjects: (0..all.len()).collect(),
             has: Vec::new(),
             numbers: Vec::new(),
         })
@@ -55,8 +58,17 @@ impl<'a, T> Properties<'a, T> {
     }
 
     fn number(&mut self, words: &'static str, value: impl Fn(&T) -> f64) {
-        self.numbers
-            .push((words, self.all.iter().map(value).collect()));
+        let values: Vec<f64> = self.all.iter().map(value).collect();
+        if values.iter().all(|value| !value.is_nan()) {
+            self.numbers.push((words, values));
+        }
+    }
+
+    /// How many contacts or grains these are.
+    fn distinct(&self, is_one: impl Fn(usize) -> bool) -> u64 {
+        let ones = (0..self.wrong.len()).filter(|at| is_one(*at));
+        let subjects: BTreeSet<usize> = ones.map(|at| self.subjects[at]).collect();
+        subjects.len() as u64
     }
 
     /// Where so many of them are wrong.
@@ -70,8 +82,7 @@ impl<'a, T> Properties<'a, T> {
 
     /// What all wrong ones have and fewest of the others, and how many of these.
     fn within(&self) -> Option<(String, usize)> {
-        let wrong = self.wrong.iter().filter(|is| **is).count();
-        let others = self.wrong.len() - wrong;
+        let others = self.wrong.iter().filter(|is| !**is).count();
         let tried = 2 * (self.has.len() + 2 * self.numbers.len());
         let right = |has: &dyn Fn(usize) -> bool| {
             let all = || 0..self.wrong.len();
@@ -92,8 +103,11 @@ impl<'a, T> Properties<'a, T> {
             above.into_iter().chain(below)
         });
         let (right, words) = has.chain(beyond).min_by_key(|(right, _)| *right)?;
-        let chance = ln_binomial((wrong + right) as u64, wrong as u64)
-            - ln_binomial(self.wrong.len() as u64, wrong as u64);
+        let of_wrong = self.distinct(|at| self.wrong[at]);
+        let all = of_wrong + self.distinct(|at| !self.wrong[at]);
+        // As large a share of the right ones as of their rows.
+        let among = of_wrong + (all - of_wrong) * right as u64 / others as u64;
+        let chance = ln_binomial(among, of_wrong) - ln_binomial(all, of_wrong);
         let is_no_chance = chance < (LEVEL / tried as f64).ln();
         (is_no_chance && MOST_RIGHT * right <= others).then_some((words, right))
     }
@@ -108,19 +122,22 @@ impl<'a, T> Properties<'a, T> {
         let [properties, numbers] = [self.has.len(), self.numbers.len()];
         let alone = properties + 2 * numbers;
         let pairs = properties * (properties + 2 * numbers);
-        let is_no_chance = |among: usize, tried: usize| {
+        let of_wrong = self.distinct(|at| wrong[at]);
+        let is_no_chance = |among: &[bool], tried: usize| {
             let enough = (2.0 * tried as f64 / LEVEL).ln();
-            ln_binomial(among as u64, count(wrong) as u64) > enough
+            let of_right = self.distinct(|at| among[at] && !wrong[at]);
+            ln_binomial(of_wrong + of_right, of_wrong) > enough
         };
+        let everywhere = vec![true; wrong.len()];
         let both = |a: &[bool], b: &[bool]| -> Vec<bool> {
             a.iter().zip(b).map(|(a, b)| *a && *b).collect()
         };
-        if is_no_chance(wrong.len(), alone)
+        if is_no_chance(&everywhere, alone)
             && let Some((words, _)) = self.has.iter().find(|(_, has)| has == wrong)
         {
             return Some(words.clone());
         }
-        if is_no_chance(wrong.len(), pairs) {
+        if is_no_chance(&everywhere, pairs) {
             for (at, (words, has)) in self.has.iter().enumerate() {
                 let mut more = self.has[at + 1..].iter();
                 if let Some((and, _)) = more.find(|(_, other)| both(has, other) == wrong) {
@@ -128,11 +145,11 @@ impl<'a, T> Properties<'a, T> {
                 }
             }
         }
-        let all = (String::new(), vec![true; wrong.len()]);
+        let all = (String::new(), everywhere.clone());
         for (words, among) in [&all].into_iter().chain(&self.has) {
             let is_among = both(among, wrong) == wrong;
             let tried = if words.is_empty() { alone } else { pairs };
-            if !is_among || !is_no_chance(count(among), tried) {
+            if !is_among || !is_no_chance(among, tried) {
                 continue;
             }
             for (number, values) in &self.numbers {
@@ -168,14 +185,19 @@ pub(crate) type Property<'a, T> = ([&'static str; 2], &'a dyn Fn(&T) -> bool);
 pub(crate) type Number<'a, T> = (&'static str, &'a dyn Fn(&T) -> f64);
 
 /// Where some rows are wrong: what they have and no other one, or what they all have and few others.
-pub(crate) fn of_rows<T>(
+pub(crate) fn of_rows<T, K: Ord>(
     all: &[T],
-    wrong: impl Fn(&T) -> bool,
+    (wrong, subject): (impl Fn(&T) -> bool, impl Fn(&T) -> K),
     properties: &[Property<'_, T>],
     numbers: &[Number<'_, T>],
 ) -> Option<String> {
     let mut of_all = Properties::new(all, wrong)?;
-    for (words, has) in properties {
+    let mut known: BTreeMap<K, usize> = BTreeMap::new();
+    for (at, row) in all.iter().enumerate() {
+        let next = known.len();
+        of_all.subjects[at] = *known.entry(subject(row)).or_insert(next);
+    }
+    for (words, has) in properties.iter().filter(|(words, _)| !words[0].is_empty()) {
         of_all.add_both(*words, has);
     }
     for (words, value) in numbers {
@@ -595,7 +617,7 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Properties, of_contacts};
+    use super::{Properties, Property, of_contacts, of_rows};
     use crate::contacts::Table;
     use crate::spheres::reference;
 
@@ -606,6 +628,39 @@ mod tests {
         properties.add("they are at wall 1", |at| at % 20 == 0);
         properties.number("their x, m,", |at| *at as f64);
         properties.split()
+    }
+
+    #[test]
+    fn what_all_have_and_few_others_is_told() {
+        let rows: Vec<usize> = (0..400).collect();
+        let is_even = |at: &usize| at.is_multiple_of(2);
+        let told = |wrong: &dyn Fn(&usize) -> bool| {
+            let properties: [Property<'_, usize>; 1] =
+                [(["they are even", "they are odd"], &is_even)];
+            of_rows(
+                &rows,
+                (wrong, |at: &usize| *at),
+                &properties,
+                &[("their number", &|at| *at as f64)],
+            )
+        };
+        let said = told(&|at| at.is_multiple_of(20)).unwrap_or_default();
+        assert_eq!(
+            said,
+            "20 of 400, all of them where they are even, as 180 that are right"
+        );
+        assert_eq!(told(&|at| *at == 7 || *at == 200), None);
+        let said = told(&|at| *at >= 300 && is_even(at)).unwrap_or_default();
+        let split = "where they are even and their number is 300 or more: all 50 of these and none of the other 350";
+        assert_eq!(said, split);
+        // The same of two contacts alone is chance, at however many moments.
+        let of_two = of_rows(
+            &rows,
+            (|at: &usize| at.is_multiple_of(20), |at: &usize| at % 40),
+            &[(["they are even", "they are odd"], &is_even)],
+            &[],
+        );
+        assert_eq!(of_two, None);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use evidence::in_parallel;
+use grains::generate::can_turn;
 use grains::model::Model;
 use grains::native::{self, NativeError, Noise};
 use grains::reference::Reference;
@@ -287,23 +288,20 @@ impl Excerpt {
         excerpt
     }
 
-    /// What does not follow from the rest in the first steps of one of its stages, of moments one step apart.
-    pub fn unexplained(&self, moments: &[Snapshot]) -> Option<Cause> {
+    /// What does not follow from the rest in the first steps of one of its stages, of moments one step apart; of motion too, if that
+    /// is not right.
+    pub fn followed(&self, moments: &[Snapshot], moves: bool) -> Option<Cause> {
+        let mut bodies = self.task.start.bodies.clone();
+        can_turn(&self.scene, &mut bodies);
         let case = |stage: Stage| {
             let model = Model::in_stage(&self.scene, stage);
-            Case::new(
-                &self.start,
-                model,
-                self.task.start.bodies.clone(),
-                Vec::new(),
-            )
+            Case::new(&self.start, model, bodies.clone(), Vec::new())
         };
         let stages = moments.chunk_by(|one, next| one.stage == next.stage);
         stages.into_iter().find_map(|moments| {
             let first = moments.first()?;
-            let moments = &moments[..moments.len().min(MOST_FOLLOWED)];
             let made_under = case(first.constants());
-            let found = terms::found(&[(&case(first.stage), moments)], Some(&made_under), true);
+            let found = terms::found(&[(&case(first.stage), moments)], Some(&made_under), moves);
             let stage = match first.stage {
                 Stage::Settle => "pouring",
                 Stage::Load => "loading",
@@ -428,7 +426,20 @@ impl Excerpt {
 const AS_A_SCENE: &str = "as a scene";
 
 /// So many moments of a stage are looked at step by step.
-const MOST_FOLLOWED: usize = 40;
+const MOST_FOLLOWED: usize = 12;
+
+/// The first moments of each stage.
+#[derive(Debug, Default)]
+pub struct FirstMoments(pub Vec<Snapshot>);
+
+impl Observer for FirstMoments {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        let of_stage = self.0.iter().filter(|one| one.stage == snapshot.stage);
+        if of_stage.count() < MOST_FOLLOWED {
+            self.0.push(snapshot.clone());
+        }
+    }
+}
 
 /// A pressure that no punch has, Pa.
 const UNREACHED: f64 = 1.0e15;

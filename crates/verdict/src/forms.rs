@@ -152,7 +152,6 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
                     Input::SlipRadii,
                     Input::TorqueArms,
                     Input::NormalPoissons,
-                    Input::TangentialPoissons,
                     Input::TangentialModuli,
                 ];
                 one_sided.contains(&input)

@@ -567,6 +567,7 @@ impl Reference {
                 }
             };
         }
+        judgement.written.extend(of_written);
         // One fault is not told twice, and beside one that is named what is left of it under other laws says nothing.
         if causes.iter().any(|cause| !cause.terms.is_empty()) {
             let mut seen: Vec<String> = Vec::new();

@@ -117,7 +117,6 @@ pub struct ByTable {
 #[derive(Debug, Clone, Copy)]
 pub struct Told {
     pub normal: Vector,
-    pub overlap: f64,
     /// Of the spring along the tangent, N/m.
     pub k_s: f64,
     /// Tangential force on body 2, and the whole force on it, N.

@@ -38,7 +38,9 @@ impl Row {
     /// What is left of it with so much more of some terms.
     fn left(&self, more: &[(usize, f64)]) -> f64 {
         let left = more.iter().fold(self.off, |left, (term, more)| {
-            minus(left, times(*more, self.terms[*term].2))
+            // Contacts that begin have fewer terms.
+            let value = self.terms.get(*term).map_or([0.0; 3], |term| term.2);
+            minus(left, times(*more, value))
         });
         hypot(left) / self.least
     }
@@ -94,7 +96,11 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
     // Of what would hardly move a row it is not known whether it has it.
     let is_clear = |row: &&Row| row.is_off() || more.is_empty() || row.left(&more) > CLEAR;
     let clear: Vec<&Row> = rows.iter().filter(is_clear).collect();
-    Some((said, format!(" ({})", place(&clear, &off, runs))))
+    let place = match clear.len() == off.len() {
+        true => String::new(),
+        false => format!(" ({})", place(&clear, &off, runs)),
+    };
+    Some((said, place))
 }
 
 /// How many and which rows of a kind do not follow from the rest, where no term explains them.
@@ -126,7 +132,7 @@ pub(super) fn unexplained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option
     let axis = [0, 1, 2].into_iter().find(|axis| along(*axis));
     let is_vector = matches!(off.first()?.subject, Of::Grain(_)) && runs[0].0.bodies.in_space();
     let axis = axis.filter(|_| is_vector).map_or("", |axis| {
-        [", along x alone", ", along y alone", ", along z alone"][axis]
+        [", in x alone", ", in y alone", ", in z alone"][axis]
     });
     Some(match off.len() == known.len() {
         true => format!("all {}{axis}", known.len()),
@@ -546,9 +552,12 @@ fn by_contact(name: &str, rows: &[&&Row], factors: &[f64], term: usize) -> Optio
         all().fold(f64::INFINITY, f64::min),
         all().fold(f64::NEG_INFINITY, f64::max),
     );
-    (of_each.len() >= FEWEST).then(|| {
+    // Where some are right it is told of the others alone.
+    let usual = rows.first()?.terms[term].1;
+    let are_off = all().all(|factor| (factor - usual).abs() > 1.0e-6);
+    (are_off && of_each.len() >= FEWEST).then(|| {
         let [low, high] = [low, high].map(number);
-        format!("with {name} × a factor of {low} to {high} that each has at all moments")
+        format!("with {name} × a factor of {low} to {high}, which each keeps")
     })
 }
 

@@ -38,12 +38,14 @@ impl Follower<'_> {
         let damped = &mut self.seen.damped;
         let before_this = std::mem::take(&mut self.was_off);
         let was_off = &mut self.was_off;
-        let off_before =
-            |quantity: usize, id: usize| before_this.get(&(quantity, id)).copied().unwrap_or(NONE);
+        // In the first step nothing was off; where it is not known how far, what it is off by now is not either.
+        let off_before = |quantity: usize, id: usize| match before_this.get(&(quantity, id)) {
+            None if at == 1 => Some(NONE),
+            known => known.copied(),
+        };
         for (id, load) in loads.iter().enumerate() {
             let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
             let mut add = |quantity: usize, off: Vector, least: f64, terms: Vec<Term>| {
-                was_off.insert((quantity.min(SPINS), id), off);
                 // A program may read the numbers of another one.
                 let (before, after) = (id.saturating_sub(1), (id + 1).min(bodies.len() - 1));
                 let of_others = |numbers: &[f64], [own, of_before, of_after]: [&'static str; 3]| {
@@ -180,10 +182,14 @@ impl Follower<'_> {
                 "contact forces of the step before", 0.0 => before.map_or(NONE, |before| before[id].force());
                 "m·v/Δt", 0.0 => times(mass / dt, v0);
                 "all contact forces and the weight", 1.0 => acting;
-                "what it was off by in the step before", 0.0 => off_before(VELOCITIES, id);
+                "what it was off by in the step before", 0.0 => off_before(VELOCITIES, id).unwrap_or(NONE);
             };
             if gained.iter().all(|component| component.is_finite()) {
-                add(VELOCITIES, minus(gained, acting), least, terms);
+                let off = minus(gained, acting);
+                was_off.insert((VELOCITIES, id), off);
+                if off_before(VELOCITIES, id).is_some() {
+                    add(VELOCITIES, off, least, terms);
+                }
             }
             if !model.law.rotates() || self.forgets_moments {
                 continue;
@@ -249,7 +255,7 @@ impl Follower<'_> {
                 "torques and moments of the step before about x", 0.0 => [all_before[0], 0.0, 0.0];
                 "torques and moments of the step before about y", 0.0 => [0.0, all_before[1], 0.0];
                 "torques and moments of the step before about z", 0.0 => [0.0, 0.0, all_before[2]];
-                "what it was off by in the step before", 0.0 => off_before(SPINS, id);
+                "what it was off by in the step before", 0.0 => off_before(SPINS, id).unwrap_or(NONE);
             };
             if gained.iter().all(|component| component.is_finite()) {
                 let quantity = match (load.near_limit, load.was_beyond_limit) {
@@ -257,7 +263,11 @@ impl Follower<'_> {
                     (true, false) => SPINS_FIRST_NEAR_LIMIT,
                     (true, true) => SPINS_NEAR_LIMIT,
                 };
-                add(quantity, minus(gained, torque), least, terms);
+                let off = minus(gained, torque);
+                was_off.insert((SPINS, id), off);
+                if off_before(SPINS, id).is_some() {
+                    add(quantity, off, least, terms);
+                }
             }
         }
     }

@@ -29,7 +29,12 @@ fn split(rows: &[&Row]) -> Option<String> {
         .iter()
         .map(|(name, size)| (*name, size as &dyn Fn(&&Row) -> f64));
     let numbers: Vec<_> = numbers.collect();
-    conditions::of_rows(rows, |row| row.is_off(), &properties, &numbers)
+    let of_contact = |row: &&Row| match row.subject {
+        Of::Contact(one, two) => (row.at.0, one, two),
+        Of::Grain(id) => (row.at.0, id as u32, id as u32),
+    };
+    let is_off = |row: &&Row| row.is_off();
+    conditions::of_rows(rows, (is_off, of_contact), &properties, &numbers)
 }
 
 /// Where rows are off: what all of them have at the moment that has most, or which they are.
@@ -74,9 +79,9 @@ pub(super) fn place(rows: &[&Row], off: &[&Row], runs: &[(&Case, &[Snapshot])]) 
         .filter(|(_, off)| *off > 0)
         .all(|(all, off)| all == off);
     let steps = moments.iter().filter(|(_, counts)| counts.1 > 0);
-    let steps: BTreeSet<usize> = steps.map(|(at, _)| at.1).collect();
+    let steps: BTreeSet<u64> = steps.map(|(at, _)| runs[at.0].1[at.1].step).collect();
     if whole && (few.len() > FEW || steps.len() <= FEW_STEPS) {
-        let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
+        let steps: Vec<String> = steps.iter().map(u64::to_string).collect();
         let more = if steps.len() > 6 { ", …" } else { "" };
         return format!(
             "in step {}{more} alone, and in all of them there",

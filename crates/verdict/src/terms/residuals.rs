@@ -90,7 +90,7 @@ pub(super) struct Loads {
     /// Against rolling by the spin of the first and of the second alone, and by the twist.
     pub(super) rolling_alone: [Vector; 2],
     pub(super) twist_as_rolling: Vector,
-    /// What is kept of moments against rolling and twisting, and what were if either were taken for the other.
+    /// What is kept of moments against rolling and twisting, and what would be were either taken for the other.
     pub(super) kept: [Vector; 2],
     pub(super) exchanged: [Vector; 2],
     /// What its contacts are.
@@ -134,7 +134,9 @@ impl<'a> Follower<'a> {
             return;
         }
         let rolling = self.case.model.law.contact.rolling;
-        let remembers = rolling.is_some_and(|rolling| rolling.bending_stiffness.is_some());
+        let remembers = rolling.is_some_and(|rolling| {
+            rolling.bending_stiffness.is_some() || rolling.twisting_stiffness > 0.0
+        });
         self.forgets_moments = made_under.is_some() && remembers;
         let mut past: Option<(&Snapshot, Vec<Loads>)> = None;
         let mut before: Option<Vec<Loads>> = None;
@@ -219,7 +221,7 @@ impl<'a> Follower<'a> {
         let mut walls_before: BTreeMap<u32, u32> = BTreeMap::new();
         let past = std::mem::take(&mut self.before);
         for (first, second) in past.keys() {
-            *walls_before.entry(*second).or_default() += u32::from(!case.ids().is_grain(*first));
+            *walls_before.entry(*second).or_default() += u32::from(case.wall(*first).is_some());
         }
         for row in Table::from(now).rows() {
             let (contact, ids) = (row.contact, row.ids());
@@ -252,7 +254,6 @@ impl<'a> Follower<'a> {
                 };
                 let told = Told {
                     normal: was.normal,
-                    overlap: was.overlap,
                     k_s: was.parts.k_s,
                     tangential: plus(was.tangential, along),
                     force: plus(times(was.normal_force, was.normal), was.tangential),
@@ -327,7 +328,7 @@ impl<'a> Follower<'a> {
                 ("F_s", parts.elastic),
                 ("|F_s − F_a|", (parts.elastic - parts.pull).abs()),
                 (
-                    "the number of walls that its grain touched a step before",
+                    "the number of walls that its second grain touched a step before",
                     walls_before
                         .get(&ids.1)
                         .map_or(0.0, |count| f64::from(*count)),

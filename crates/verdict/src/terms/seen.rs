@@ -146,7 +146,7 @@ impl Seen {
         let is_so = shares(true).count() >= FEWEST
             && shares(true).all(is_at)
             && right <= most * (1.0 + CUT_TO);
-        is_so.then_some(most)
+        (is_so && most > 0.0).then_some(most)
     }
 
     /// By the sign of which power all components are damped, where the model's is not it.
