@@ -212,7 +212,6 @@ use seen::Seen;
 type Rows = BTreeMap<(usize, usize), Vec<Row>>;
 
 /// What does not follow from the rest of what an engine writes.
-#[derive(Default)]
 pub(crate) struct Found {
     /// The terms that are other ones.
     pub(crate) terms: Vec<String>,
@@ -464,18 +463,9 @@ mod tests {
                     rows.len()
                 );
             }
-            assert_eq!(
-                found(&[(&case, &run)], None, true).terms,
-                [""; 0],
-                "{}",
-                case.name
-            );
-            assert_eq!(
-                found(&[(&case, &run)], None, true).unexplained,
-                [""; 0],
-                "{}",
-                case.name
-            );
+            let found = found(&[(&case, &run)], None, true);
+            assert_eq!(found.terms, [""; 0], "{}", case.name);
+            assert_eq!(found.unexplained, [""; 0], "{}", case.name);
         }
     }
 

@@ -117,19 +117,14 @@ pub(super) fn unexplained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option
     {
         return None;
     }
-    let along = |axis: usize| {
-        hypot(off.iter().fold([0.0; 3], |most, row| {
-            let part = |at: usize| {
-                if at == axis {
-                    0.0
-                } else {
-                    row.off[at] / row.least
-                }
-            };
-            [0, 1, 2].map(|at| f64::max(most[at], part(at).abs()))
-        })) <= CLEAR
+    let is_along = |axis: &usize| {
+        let mut others = off.iter().flat_map(|row| {
+            let others = [0, 1, 2].into_iter().filter(|at| at != axis);
+            others.map(|at| row.off[at].abs() / row.least)
+        });
+        others.all(|part| part <= CLEAR)
     };
-    let axis = [0, 1, 2].into_iter().find(|axis| along(*axis));
+    let axis = [0, 1, 2].into_iter().find(is_along);
     let is_vector = matches!(off.first()?.subject, Of::Grain(_)) && runs[0].0.bodies.in_space();
     let axis = axis.filter(|_| is_vector).map_or("", |axis| {
         [", in x alone", ", in y alone", ", in z alone"][axis]
@@ -206,8 +201,7 @@ fn coarse(rows: &[Row]) -> Option<String> {
 /// What is summed may be so many times as large as what is known of it.
 const SUMMED: f64 = 3.0;
 
-/// What no formula has as it is: factors that hang on sizes, and any multiple.
-/// In words, and of which terms there is how much more where that is the same for all.
+/// What no formula has as it is: factors that hang on sizes, and any multiple. In words, and of which terms there is how much more where that is the same for all.
 fn of_terms(some: &[&Row], all: &[&Row], plainly: usize) -> Option<(String, More)> {
     let factor =
         |is_formula| factor(some, all, plainly, is_formula).map(|said| (said, More::new()));

@@ -230,6 +230,23 @@ mod tests {
     }
 
     #[test]
+    fn a_smaller_limit_is_told_of_its_kind_alone() {
+        let with = |more: &[(usize, f64, bool)]| {
+            let stuck = (0..8).map(|_| (2, 0.01, true)).chain(more.iter().copied());
+            Seen {
+                stuck: stuck.collect(),
+                ..Seen::default()
+            }
+        };
+        let seen = with(&[(2, 0.009, false), (1, 0.3, false)]);
+        let early = [0, 1, 2].map(|kind| seen.slides_early(kind));
+        assert_eq!(early, [None, None, Some(0.01)]);
+        // One that is right is beyond it, or one that is off is below: it is no limit.
+        assert_eq!(with(&[(2, 0.02, false)]).slides_early(2), None);
+        assert_eq!(with(&[(2, 0.005, true)]).slides_early(2), None);
+    }
+
+    #[test]
     fn a_contact_that_slides_later_is_told() {
         let slid = |cut: &dyn Fn(f64) -> bool| {
             let shares = (1..40).map(|at| 1.05 + 0.01 * f64::from(at));
