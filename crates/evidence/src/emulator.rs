@@ -52,6 +52,8 @@ struct Law {
     /// ln of the lengths over which the process changes, one an axis, then of its deviation, then of that of what no smooth
     /// function can follow.
     logarithms: Vec<f64>,
+    /// The lengths themselves: they are asked for at every pair of settings.
+    lengths: Vec<f64>,
 }
 
 /// The variance of the trend's coefficients: next to nothing is known of them.
@@ -63,30 +65,38 @@ const EXPECTED: [f64; 3] = [0.0, 0.0, -3.5];
 const STEPS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
 impl Law {
-    fn deviations(&self) -> (&[f64], f64, f64) {
-        let [lengths @ .., smooth, rough] = &self.logarithms[..] else {
-            return (&[], 1.0, 0.0);
-        };
-        (lengths, smooth.exp(), rough.exp())
+    /// Of as many logarithms as there are axes and two more.
+    fn of(logarithms: Vec<f64>) -> Self {
+        let axes = &logarithms[..logarithms.len() - 2];
+        let lengths = axes.iter().map(|length| length.exp()).collect();
+        Law {
+            logarithms,
+            lengths,
+        }
     }
 
-    /// Covariance of the means at two settings, without what is not smooth.
-    fn between(&self, one: &[f64], other: &[f64]) -> f64 {
-        let (lengths, smooth, _) = self.deviations();
+    /// Deviations of what is smooth and of what is not.
+    fn deviations(&self) -> [f64; 2] {
+        let axes = self.lengths.len();
+        [axes, axes + 1].map(|index| self.logarithms[index].exp())
+    }
+
+    /// Covariance of the means at two settings, without what is not smooth; `smooth` is the deviation of what is.
+    fn between(&self, smooth: f64, one: &[f64], other: &[f64]) -> f64 {
         let (mut distance, mut trend) = (0.0, 1.0);
-        for ((a, b), length) in one.iter().zip(other).zip(lengths) {
-            distance += ((a - b) / length.exp()).powi(2);
+        for ((a, b), length) in one.iter().zip(other).zip(&self.lengths) {
+            distance += ((a - b) / length).powi(2);
             trend += (a - 0.5) * (b - 0.5);
         }
         smooth * smooth * (-0.5 * distance).exp() + TREND * trend
     }
 
     fn of_observed(&self, all: &[Observation], noise: &DMatrix<f64>) -> DMatrix<f64> {
-        let rough = self.deviations().2;
+        let [smooth, rough] = self.deviations();
         let mut covariance = noise.clone();
         for (row, one) in all.iter().enumerate() {
             for (column, other) in all.iter().enumerate().take(row + 1) {
-                let term = self.between(&one.at, &other.at);
+                let term = self.between(smooth, &one.at, &other.at);
                 covariance[(row, column)] += term;
                 if row != column {
                     covariance[(column, row)] += term;
@@ -144,9 +154,7 @@ impl Emulator {
             Some((likelihood + law.expected(), factor, weights))
         };
         let axes = observed[0].at.len();
-        let mut law = Law {
-            logarithms: [&vec![EXPECTED[0]; axes][..], &EXPECTED[1..]].concat(),
-        };
+        let mut law = Law::of([&vec![EXPECTED[0]; axes][..], &EXPECTED[1..]].concat());
         let mut best = fitted(&law)?;
         for step in STEPS {
             let mut moved = true;
@@ -154,8 +162,9 @@ impl Emulator {
                 moved = false;
                 for index in 0..law.logarithms.len() {
                     for by in [step, -step] {
-                        let mut other = law.clone();
-                        other.logarithms[index] += by;
+                        let mut other = law.logarithms.clone();
+                        other[index] += by;
+                        let other = Law::of(other);
                         if let Some(found) = fitted(&other)
                             && found.0 > best.0 + 1.0e-3
                         {
@@ -191,10 +200,10 @@ impl Emulator {
     /// What is expected at a setting that need not be observed.
     pub fn at(&self, at: &[f64]) -> Expected {
         let all = self.observed.iter();
-        let shared = all.map(|observation| self.law.between(at, &observation.at));
+        let [smooth, rough] = self.law.deviations();
+        let shared = all.map(|observation| self.law.between(smooth, at, &observation.at));
         let shared = DVector::from_iterator(self.observed.len(), shared);
-        let rough = self.law.deviations().2;
-        let own = self.law.between(at, at) + rough * rough;
+        let own = self.law.between(smooth, at, at) + rough * rough;
         let mut known = shared.clone();
         self.factor.l_dirty().solve_lower_triangular_mut(&mut known);
         self.expected(shared.dot(&self.weights), own - known.norm_squared())
