@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::obstacle::Obstacle;
@@ -327,18 +328,6 @@ pub fn rotates(scene: &Scene) -> bool {
     stages.any(|stage| Model::in_stage(scene, stage).law.rotates())
 }
 
-/// One term of the method.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Term {
-    /// What it is.
-    pub term: String,
-    /// Whether it is computed.
-    pub computed: bool,
-    /// Why, from the scene.
-    pub reason: String,
-}
-
 /// The contact kernels of the native engine, the cheaper one first; the contact law selects one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -351,14 +340,15 @@ pub enum Kernel {
     Space,
 }
 
-/// What is computed of a scene.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+/// What computes a scene, as the record of a run says it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelRecord {
     /// The kernel of the native engine that computes the contacts; none for another engine.
     pub kernel: Option<Kernel>,
-    /// The terms that may be in or out.
-    pub terms: Vec<Term>,
+    /// Older records list here which terms the scene needs. The scene says the same, so nothing reads them and none are written.
+    #[serde(default, skip_serializing)]
+    terms: IgnoredAny,
 }
 
 impl Kernel {
@@ -373,78 +363,16 @@ impl Kernel {
 }
 
 impl ModelRecord {
-    /// What this scene pays for in any stage, in the native engine or in another.
+    /// Of the native engine or of another; the dearer kernel where pouring and loading differ.
     pub fn of(scene: &Scene, native: bool) -> Self {
-        let mut record = ModelRecord::of_stage(scene, native);
-        let loading = ModelRecord::of_stage(&scene.in_stage(Stage::Load), native);
-        record.kernel = record.kernel.max(loading.kernel);
-        for (term, of_loading) in record.terms.iter_mut().zip(loading.terms) {
-            term.computed |= of_loading.computed;
-            if term.reason != of_loading.reason {
-                term.reason += &format!("; in loading {}", of_loading.reason);
-            }
-        }
-        record
-    }
-
-    fn of_stage(scene: &Scene, native: bool) -> Self {
-        let law = Model::of(scene).law;
-        let alpha = scene.damping.alpha();
-        let term = |term: &str, computed: bool, reason: String| Term {
-            term: term.to_owned(),
-            computed,
-            reason,
-        };
-        let friction = if law.has_friction() {
-            let [grains, walls, punch] = law.friction_angles();
-            match law.has_friction_of_walls() {
-                false => format!("friction_angle = {grains} rad"),
-                true => format!(
-                    "friction {grains} rad between grains, {walls} at walls, {punch} at the punch"
-                ),
-            }
-        } else {
-            "friction_angle = 0: the Coulomb limit is zero".to_owned()
-        };
-        let rotation = match (law.has_friction(), law.contact.rotation) {
-            (false, _) => "without friction nothing turns a grain".to_owned(),
-            (true, Rotation::Blocked) => "contact.rotation = blocked".to_owned(),
-            (true, Rotation::Free) => "friction turns grains, contact.rotation = free".to_owned(),
-        };
-        let dashpots = if law.has_dashpots() {
-            "contact.viscosity has a dashpot"
-        } else {
-            "contact.viscosity.kind = none"
-        };
-        let spring = match law.contact.springs {
-            Springs::Linear => "every contact has one",
-            Springs::HertzMindlin => "every contact has one, of Hertz",
+        let needed = |stage| Kernel::of(&Model::in_stage(scene, stage).law);
+        let kernel = match scene.in_space() {
+            true => Some(Kernel::Space),
+            false => scene.stages().map(needed).max(),
         };
         ModelRecord {
-            kernel: native.then(|| match scene.in_space() {
-                true => Kernel::Space,
-                false => Kernel::of(&law),
-            }),
-            terms: vec![
-                term("normal spring", true, spring.to_owned()),
-                term(
-                    "tangential spring, Coulomb limit and their history",
-                    law.has_friction(),
-                    friction,
-                ),
-                term("rotation of the grains", law.rotates(), rotation),
-                term("dashpots", law.has_dashpots(), dashpots.to_owned()),
-                term(
-                    "local damping",
-                    alpha != 0.0,
-                    format!("damping.alpha = {alpha}"),
-                ),
-                term(
-                    "gravity",
-                    scene.gravity != 0.0,
-                    format!("gravity = {} m/s²", scene.gravity),
-                ),
-            ],
+            kernel: kernel.filter(|_| native),
+            terms: IgnoredAny,
         }
     }
 }

@@ -66,7 +66,6 @@ pub struct RunRecord {
     pub version: u32,
     pub crossgrain: String,
     pub engine: EngineRecord,
-    /// Which terms of the method the scene needs, and why.
     pub model: ModelRecord,
     /// SHA-256 of the scene's canonical JSON.
     pub scene_digest: String,
