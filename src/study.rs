@@ -22,6 +22,7 @@
 pub mod answer;
 pub mod campaign;
 pub mod candidates;
+pub mod change;
 pub mod claims;
 pub mod conventions;
 pub mod figures;

@@ -9,16 +9,13 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 
 use crate::study::candidates::judge::Candidates;
+use crate::study::change::{Change, changed};
 use crate::study::member::{Beds, MIRRORED, Members, OfBeds};
-use crate::study::realization::Change::{
-    self, Alpha, CloudSpeed, Columns, Dashpots, Diameter, DiameterSameArea, Friction, Hold,
-    Settled, Size, Speed, Spheres, Step,
-};
-use crate::study::realization::{Damped, LAWS, Setting, Specification, changed};
+use crate::study::realization::{LAWS, Setting, Specification};
 use crate::study::search::matching::{Search, keep};
 use crate::study::search::space;
 use crate::study::{Judged, StudyError};
-use grains::scene::{ContactLaw, ControlPoint, Rotation, Scene};
+use grains::scene::{ControlPoint, Scene};
 
 /// Kinetic energy over its peak at which nothing moves any more.
 const REST: f64 = 1.0e-6;
@@ -61,16 +58,9 @@ impl Plan {
         let setting = |id: &str, name: &str, scene: Scene| {
             Setting::new(id, name, "candidates", Specification::native(scene), clouds)
         };
-        let without_turning = |mut scene: Scene| {
-            scene.loading.contact = Some(ContactLaw {
-                rotation: Rotation::Blocked,
-                ..scene.contact.clone()
-            });
-            scene
-        };
-        let frictional = with_friction(base.clone(), FRICTION);
-        let stiff = without_turning(frictional.clone());
-        let poured = changed(base.clone(), &[Friction(FRICTION)]);
+        let frictional = changed(base.clone(), &[("friction_in_loading", FRICTION)]);
+        let stiff = changed(frictional.clone(), &[("blocked_in_loading", 1.0)]);
+        let poured = changed(base.clone(), &[("friction", FRICTION)]);
         let name = format!("friction {FRICTION} rad in loading");
         let without = format!("{name}, grains do not turn");
         let in_both = format!("friction {FRICTION} rad in both stages");
@@ -80,10 +70,10 @@ impl Plan {
             vec![frictional, setting("blocked", &without, stiff)],
             vec![setting("poured", &in_both, poured)],
         ];
-        let rest = changed(base, &[Settled(REST)]);
+        let rest = changed(base, &[("settled", REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
-        let rough = with_friction(rest.clone(), FRICTION);
-        let stiff = without_turning(rough.clone());
+        let rough = changed(rest.clone(), &[("friction_in_loading", FRICTION)]);
+        let stiff = changed(rough.clone(), &[("blocked_in_loading", 1.0)]);
         let stiffly = "with friction, grains do not turn";
         for (kind, words, scene, speeds) in [
             ("rest", "without friction", rest, FEW),
@@ -91,7 +81,7 @@ impl Plan {
             ("rest-blocked", stiffly, stiff, FEW),
         ] {
             let settings = SPEEDS.iter().take(speeds).map(|speed| {
-                let scene = changed(scene.clone(), &[Speed(*speed)]);
+                let scene = changed(scene.clone(), &[("punch_speed", *speed)]);
                 let name = format!("bed at rest, {words}, {speed} m/s");
                 setting(&format!("{kind}-{speed}"), &name, scene)
             });
@@ -125,14 +115,6 @@ impl Plan {
             ladders,
         }
     }
-}
-
-fn with_friction(mut scene: Scene, angle: f64) -> Scene {
-    scene.loading.material = Some(grains::scene::Material {
-        friction_angle: angle,
-        ..scene.material.clone()
-    });
-    scene
 }
 
 /// With points along the depth of the control points, on both sides, and under the punch.
@@ -191,13 +173,14 @@ pub const PRINTED: &str = "our default";
 const BEST: &str = "best-1";
 const SPEED_AND_DAMPING: &str = "punch speed and damping";
 
-/// A choice, the unit of its values, what the paper says and why the range is what it is: `choices.json`, read.
+/// A choice, the unit of its values, what the paper says and why the range is what it is, and what a value changes: `choices.json`, read.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Choice {
     name: &'static str,
     unit: &'static str,
     reason: &'static str,
+    change: &'static str,
     values: Vec<f64>,
     /// With `--quick`.
     #[serde(default)]
@@ -213,35 +196,6 @@ struct Choice {
 static CHOICES: LazyLock<Vec<Choice>> = LazyLock::new(|| {
     serde_json::from_str(include_str!("candidates/choices.json")).expect("it is a list of choices")
 });
-
-impl Choice {
-    /// What a value of it changes.
-    fn change(&self, value: f64) -> Change {
-        match self.name {
-            "settle rule" => Settled(value),
-            "friction of both stages" => Friction(value),
-            "mean diameter, same number of grains" => Diameter(1.0e-3 * value),
-            "mean diameter, same area of grains" => DiameterSameArea(1.0e-3 * value),
-            "hold after the force" => Hold(value),
-            "columns of the cloud" => Columns(value as u32),
-            "speed of the cloud" => CloudSpeed(value),
-            "number of grains, over the printed" => Size(1.0, value),
-            "box width" => Size(value, 1.0),
-            "time step" => Step(value),
-            "mass of a grain" => Spheres,
-            "mass of a sphere in a slab" => Change::Density(value),
-            "number of grains as printed" => Size(1.0, value / 5000.0),
-            "dispersion of diameters" => Change::Dispersion(value),
-            "friction of floor and walls" => Change::WallFriction(value),
-            "friction of the punch" => Change::PunchFriction(value),
-            "dashpots and damping" => Dashpots(value, Damped::InBothStages),
-            "dashpots, damping in pouring alone" => Dashpots(value, Damped::InPouring),
-            "dashpots alone" => Dashpots(value, Damped::Nowhere),
-            "volume of a grain" => Change::EqualPorosity,
-            other => unreachable!("{other} is no choice"),
-        }
-    }
-}
 
 /// What the paper says of a choice, and why its range is what it is.
 pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -296,7 +250,7 @@ impl Plan {
         };
         for alpha in alphas {
             for speed in speeds {
-                let changes = [Alpha(*alpha), Speed(*speed)];
+                let changes = [("alpha", *alpha), ("punch_speed", *speed)];
                 let id = format!("speed-{speed}-alpha-{alpha}");
                 let name = format!("{speed} m/s, α = {alpha}");
                 add(&id, &name, SPEED_AND_DAMPING, &[*speed, *alpha], &changes);
@@ -311,7 +265,7 @@ impl Plan {
             let word = choice.name.replace([',', ' '], "-").replace("--", "-");
             for value in if quick { &choice.few } else { &choice.values } {
                 let name = format!("{}: {value} {}", choice.name, choice.unit);
-                let changes = [choice.change(*value)];
+                let changes = [(choice.change, *value)];
                 add(
                     &format!("{word}-{value}"),
                     &name,

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::table::Table;
 use crate::document::{Document, Section};
+use crate::study::change::changed;
 use crate::study::member::{ANGLE, Beds, Endings, Member, Members, OfBeds};
-use crate::study::realization::Change::{Dashpots, Friction, Size, Step};
-use crate::study::realization::{Damped, Setting, Specification, changed, small_scene};
+use crate::study::realization::{Setting, Specification, small_scene};
 use crate::study::tradeoff::judge::{Difference, Margin, QUANTITIES, difference, word};
 use crate::study::{Judged, StudyError, tradeoff};
 use evidence::t_test::Finding;
@@ -52,12 +52,8 @@ pub struct Plan {
 
 impl Plan {
     pub fn new(clouds: u64) -> Self {
-        let changes = [
-            Friction(0.5),
-            Step(0.3),
-            Dashpots(0.5, Damped::InBothStages),
-        ];
-        let mut bed = changed(changed(small_scene(), &[Size(0.5, 1.0)]), &changes);
+        let changes = [("friction", 0.5), ("step", 0.3), ("dashpots", 0.5)];
+        let mut bed = changed(changed(small_scene(), &[("width", 0.5)]), &changes);
         bed.settle.max_steps = MOST_STEPS;
         let example = include_str!("../../examples/column-collapse.json");
         let column = parse_scene(example).unwrap_or_else(|_| bed.clone());

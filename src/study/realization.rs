@@ -1,4 +1,4 @@
-//! A run specification with its changes, and one realization of it, from the poured cloud to the loaded bed, in any engine.
+//! A run specification, and one realization of it, from the poured cloud to the loaded bed, in any engine.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,6 +7,7 @@ use crate::engine::exec::ExternalEngine;
 use crate::engine::{Engine, Part, ProgramError, yade};
 use crate::files::sha256_hex;
 use crate::run::EngineError;
+use crate::study::change::{GRAINS, changed};
 use evidence::distribution::{self, Family};
 use evidence::moments;
 use grains::generate::initial_bodies;
@@ -14,10 +15,7 @@ use grains::measure::{self, Bed, stress};
 use grains::native;
 use grains::native::pouring::{Phase, Softly};
 use grains::native::{NativeError, Trouble};
-use grains::scene::{
-    AfterForce, Cell, Cloud, Damping, Scene, Shape, Tension, TimeStep, Viscosity, paper_scene,
-};
-
+use grains::scene::{Scene, paper_scene};
 use grains::tables::{Bodies, Snapshot, Stage, StopReason};
 use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
@@ -377,7 +375,7 @@ impl Specification {
 
     /// The scene poured softly in the native engine.
     pub fn soft(scene: &Scene, softly: &Softly) -> Self {
-        let longer = changed(scene.clone(), &[Change::Step(softly.step)]);
+        let longer = changed(scene.clone(), &[("step", softly.step)]);
         Specification {
             phases: softly.phases(scene),
             ..Specification::native(longer)
@@ -470,150 +468,6 @@ pub fn sound<'a>(settings: impl IntoIterator<Item = &'a Setting>) -> Result<(), 
     Ok(())
 }
 
-/// A change of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Change {
-    /// dt over √(m/k). The settle rule is looked at just as often in time.
-    Step(f64),
-    /// Share of Young's modulus. The settle rule's times stay as they are while dt grows as 1/√E.
-    Modulus(f64),
-    Alpha(f64),
-    /// The bed counts as settled at this share of the largest kinetic energy.
-    Settled(f64),
-    Columns(u32),
-    /// Speed of the cloud's grains, m/s.
-    CloudSpeed(f64),
-    /// Shares of the width and of the depth, at the same looseness of the cloud.
-    Size(f64, f64),
-    /// Speed of the punch, m/s.
-    Speed(f64),
-    /// Friction angle between grains, rad.
-    Friction(f64),
-    /// Of grains on floor and walls, in both stages, rad.
-    WallFriction(f64),
-    /// Of grains on the punch, rad.
-    PunchFriction(f64),
-    /// ΔD/D.
-    Dispersion(f64),
-    EqualPorosity,
-    /// Dashpots at every contact that give its pair this restitution and do not pull, in both stages.
-    Dashpots(f64, Damped),
-    /// The punch stands still for so long after the force, s; at zero it does not wait.
-    Hold(f64),
-    /// Grains have the mass of spheres.
-    Spheres,
-    /// Share of the density.
-    Density(f64),
-    /// Mean diameter, m, with as many grains in a cloud that is as loose.
-    Diameter(f64),
-    DiameterSameArea(f64),
-}
-
-/// Where Cundall's damping is left beside dashpots.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Damped {
-    InBothStages,
-    InPouring,
-    Nowhere,
-}
-
-/// The scene with these changes, one after the other.
-pub fn changed(mut scene: Scene, changes: &[Change]) -> Scene {
-    for change in changes {
-        change.apply(&mut scene);
-    }
-    scene
-}
-
-impl Change {
-    fn apply(self, scene: &mut Scene) {
-        let Cloud::JitteredLattice { columns, speed, .. } = &mut scene.cloud;
-        match self {
-            Change::Step(step) => {
-                if let TimeStep::Fraction { of_sqrt_m_over_k } = scene.time_step {
-                    check_settling(scene, of_sqrt_m_over_k / step);
-                    scene.time_step = TimeStep::Fraction {
-                        of_sqrt_m_over_k: step,
-                    };
-                }
-            }
-            Change::Modulus(share) => {
-                scene.material.youngs_modulus *= share;
-                check_settling(scene, share.sqrt());
-            }
-            Change::Alpha(alpha) => scene.damping = Damping::Cundall { alpha },
-            Change::Settled(share) => scene.settle.kinetic_energy_fraction = share,
-            Change::Columns(wanted) => *columns = wanted,
-            Change::CloudSpeed(wanted) => *speed = wanted,
-            Change::Size(width, depth) => {
-                *columns = (f64::from(*columns) * width).round().max(1.0) as u32;
-                scene.container.width *= width;
-                let count = f64::from(scene.particles.count) * width * depth;
-                scene.particles.count = count.round() as u32;
-            }
-            Change::Speed(speed) => scene.loading.speed = speed,
-            Change::Friction(angle) => scene.material.friction_angle = angle,
-            Change::WallFriction(angle) => {
-                let loading = scene.loading.material.iter_mut();
-                for material in loading.chain([&mut scene.material]) {
-                    let differs = angle != material.friction_angle;
-                    material.wall_friction_angle = differs.then_some(angle);
-                }
-            }
-            Change::PunchFriction(angle) => {
-                let own = scene.loading.material.as_mut();
-                let material = own.unwrap_or(&mut scene.material);
-                let differs = angle != material.friction_angle;
-                material.punch_friction_angle = differs.then_some(angle);
-            }
-            Change::Dispersion(dispersion) => scene.particles.dispersion = dispersion,
-            Change::EqualPorosity => scene.measurement.cell = Cell::EqualPorosity,
-            Change::Dashpots(e_n, damped) => {
-                let tension = Tension::Clipped;
-                let of_loading = scene.loading.contact.iter_mut();
-                for contact in of_loading.chain([&mut scene.contact]) {
-                    contact.viscosity = Viscosity::Restitution { e_n, tension };
-                }
-                let none = Damping::Cundall { alpha: 0.0 };
-                match damped {
-                    Damped::InBothStages => {}
-                    Damped::InPouring => scene.loading.damping = Some(none),
-                    Damped::Nowhere => (scene.damping, scene.loading.damping) = (none, None),
-                }
-            }
-            Change::Hold(seconds) if seconds > 0.0 => {
-                scene.loading.after_force = AfterForce::StandStill { seconds };
-            }
-            Change::Hold(_) => {}
-            Change::Spheres => scene.particles.shape = Shape::Sphere,
-            Change::Density(share) => {
-                let of_loading = scene.loading.material.iter_mut();
-                let all = std::iter::once(&mut scene.material).chain(of_loading);
-                all.for_each(|material| material.density *= share);
-            }
-            Change::Diameter(diameter) | Change::DiameterSameArea(diameter) => {
-                let ratio = scene.particles.mean_diameter / diameter;
-                *columns = (f64::from(*columns) * ratio).floor().max(1.0) as u32;
-                scene.particles.mean_diameter = diameter;
-                if matches!(self, Change::DiameterSameArea(_)) {
-                    let count = f64::from(scene.particles.count) * ratio * ratio;
-                    scene.particles.count = count.round() as u32;
-                }
-            }
-        }
-    }
-}
-
-/// The settle rule in steps that are shorter by this ratio.
-fn check_settling(scene: &mut Scene, ratio: f64) {
-    let scaled = |steps: u64| ((steps as f64 * ratio).round() as u64).max(1);
-    scene.settle.check_every = scaled(scene.settle.check_every);
-    scene.settle.max_steps = scaled(scene.settle.max_steps);
-}
-
-pub const GRAINS: u32 = 5000;
 /// Before what a study on another bed says of the published figures.
 pub const OTHER_BED: &str =
     "On a bed that is not the paper's, of which the published figures are not to be expected: ";
@@ -627,7 +481,7 @@ pub fn whole_scene() -> Scene {
 
 /// The paper's scene, 0.4 m wide with half of the depth and the points at half the distances.
 pub fn small_scene() -> Scene {
-    let mut scene = changed(whole_scene(), &[Change::Size(0.4, 0.5)]);
+    let mut scene = changed(whole_scene(), &[("width", 0.4), ("depth", 0.5)]);
     for point in &mut scene.control_points {
         point.offset *= 0.5;
     }
@@ -637,7 +491,7 @@ pub fn small_scene() -> Scene {
 /// The paper's scene with the fast protocol's step: that of the candidate that was tested to be equivalent.
 pub fn fast_scene(realization: u64, grains: u32) -> Scene {
     let paper = paper_scene(realization, grains);
-    let mut scene = changed(paper, &[Change::Step(FAST_STEP)]);
+    let mut scene = changed(paper, &[("step", FAST_STEP)]);
     let reason = format!(
         "not printed; {FAST_STEP} of sqrt(m/k) was tested to be equivalent to 0.45 (docs/tradeoff.md)"
     );

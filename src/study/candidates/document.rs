@@ -9,7 +9,8 @@ use super::{BEST, PRINTED, SPEED_AND_DAMPING, reasons};
 use crate::checks::{Check, Outcome};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Shape, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
-use crate::study::realization::{GRAINS, OTHER_BED};
+use crate::study::change::GRAINS;
+use crate::study::realization::OTHER_BED;
 use crate::study::search::space::{AXES, told};
 
 /// So many settings are named in a sentence.

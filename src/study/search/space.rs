@@ -1,17 +1,19 @@
 //! The choices that are searched: for each an axis from 0 to 1, and what its values mean in a scene.
 
-use grains::scene::{AfterForce, ControlPoint, Damping, Material, Rotation, Scene, SurfaceHeight};
+use grains::scene::{ControlPoint, Scene};
 
 use crate::document::rounded;
+use crate::study::change::changed;
 use crate::study::member::MIRRORED;
-use crate::study::realization::{Change, changed, small_scene, whole_scene};
+use crate::study::realization::{small_scene, whole_scene};
 
 /// A choice that the paper leaves open, or that is doubted.
 pub struct Axis {
     /// With its unit after the last comma.
     pub name: &'static str,
+    /// What a value of it changes.
+    change: &'static str,
     pub scale: Scale,
-    put: fn(&mut Scene, f64),
 }
 
 /// From a coordinate in 0 to 1 to a value.
@@ -35,92 +37,41 @@ pub const PUNCH_SPEED: usize = 8;
 pub const OF_POURING: usize = 7;
 
 const FRICTION: Scale = Scale::FromZero(0.6);
+const REST: Scale = Scale::PowersOfTen([1.0e-6, 1.0e-2]);
 const ALPHA: Scale = Scale::Even([0.1, 0.8]);
+const STIFFNESS: Scale = Scale::OneOf(&[("E·R", 1.0), ("E·D", 2.0)]);
+const TURNS: Scale = Scale::OneOf(&[("yes", 0.0), ("no", 1.0)]);
+const SPEED: Scale = Scale::PowersOfTen([0.02, 0.2]);
+const MEASURED: Scale = Scale::OneOf(&[("at the force", 0.0), ("after 0.05 s at rest", 0.05)]);
+const SURFACE: Scale = Scale::OneOf(&[
+    ("mean surface", 0.0),
+    ("highest grain", 1.0),
+    ("twice the centre of mass", 2.0),
+]);
 
-const fn axis(name: &'static str, scale: Scale, put: fn(&mut Scene, f64)) -> Axis {
-    Axis { name, scale, put }
+const fn axis(name: &'static str, change: &'static str, scale: Scale) -> Axis {
+    Axis {
+        name,
+        change,
+        scale,
+    }
 }
 
 /// Table 2 prints φ = 0; its friction is doubted, since with friction in loading the load is borne at millimetres.
 pub const AXES: [Axis; 12] = [
-    axis("friction in pouring, rad", FRICTION, |scene, value| {
-        scene.material.friction_angle = value;
-    }),
-    axis("k_s/k_n", Scale::Even([0.1, 1.0]), |scene, value| {
-        scene.material.stiffness_ratio = value;
-    }),
-    axis(
-        "settled at kinetic energy over its peak",
-        Scale::PowersOfTen([1.0e-6, 1.0e-2]),
-        |scene, value| scene.settle.kinetic_energy_fraction = value,
-    ),
-    axis("damping α of pouring", ALPHA, |scene, alpha| {
-        scene.damping = Damping::Cundall { alpha };
-    }),
-    axis(
-        "mean diameter, mm",
-        Scale::Even([9.0, 10.2]),
-        |scene, value| put(scene, Change::Diameter(1.0e-3 * value)),
-    ),
-    axis(
-        "normal stiffness of Eq. 4",
-        Scale::OneOf(&[("E·R", 1.0), ("E·D", 2.0)]),
-        |scene, value| put(scene, Change::Modulus(value)),
-    ),
-    axis(
-        "friction turns grains",
-        Scale::OneOf(&[("yes", 0.0), ("no", 1.0)]),
-        |scene, value| {
-            scene.contact.rotation = match value < 0.5 {
-                true => Rotation::Free,
-                false => Rotation::Blocked,
-            };
-        },
-    ),
-    axis("friction in loading, rad", FRICTION, |scene, value| {
-        scene.loading.material = Some(Material {
-            friction_angle: value,
-            ..scene.material.clone()
-        });
-    }),
-    axis(
-        "speed of the punch, m/s",
-        Scale::PowersOfTen([0.02, 0.2]),
-        |scene, value| scene.loading.speed = value,
-    ),
-    axis("damping α of loading", ALPHA, |scene, alpha| {
-        scene.loading.damping = Some(Damping::Cundall { alpha });
-    }),
-    axis(
-        "measured",
-        Scale::OneOf(&[("at the force", 0.0), ("after 0.05 s at rest", 0.05)]),
-        |scene, seconds| {
-            scene.loading.after_force = match seconds > 0.0 {
-                true => AfterForce::StandStill { seconds },
-                false => AfterForce::MeasureAtOnce,
-            };
-        },
-    ),
-    axis(
-        "depth counted from",
-        Scale::OneOf(&[
-            ("mean surface", 0.0),
-            ("highest grain", 1.0),
-            ("twice the centre of mass", 2.0),
-        ]),
-        |scene, value| {
-            scene.measurement.surface_height = match value {
-                ..0.5 => SurfaceHeight::MeanSurface,
-                ..1.5 => SurfaceHeight::HighestGrain,
-                _ => SurfaceHeight::TwiceCentreOfMass,
-            };
-        },
-    ),
+    axis("friction in pouring, rad", "friction", FRICTION),
+    axis("k_s/k_n", "stiffness_ratio", Scale::Even([0.1, 1.0])),
+    axis("settled at kinetic energy over its peak", "settled", REST),
+    axis("damping α of pouring", "alpha", ALPHA),
+    axis("mean diameter, mm", "diameter", Scale::Even([9.0, 10.2])),
+    axis("normal stiffness of Eq. 4", "modulus", STIFFNESS),
+    axis("friction turns grains", "blocked", TURNS),
+    axis("friction in loading, rad", "friction_in_loading", FRICTION),
+    axis("speed of the punch, m/s", "punch_speed", SPEED),
+    axis("damping α of loading", "alpha_in_loading", ALPHA),
+    axis("measured", "hold", MEASURED),
+    axis("depth counted from", "surface", SURFACE),
 ];
-
-fn put(scene: &mut Scene, change: Change) {
-    *scene = changed(scene.clone(), &[change]);
-}
 
 impl Scale {
     pub fn value(&self, at: f64) -> f64 {
@@ -235,11 +186,9 @@ pub fn snap(at: &mut [f64]) {
 
 /// The scene at these coordinates.
 pub fn scene(base: &Scene, at: &[f64]) -> Scene {
-    let mut scene = base.clone();
-    for (at, axis) in at.iter().zip(&AXES) {
-        (axis.put)(&mut scene, axis.scale.value(*at));
-    }
-    scene
+    let changes = at.iter().zip(&AXES);
+    let changes = changes.map(|(at, axis)| (axis.change, axis.scale.value(*at)));
+    changed(base.clone(), &changes.collect::<Vec<_>>())
 }
 
 /// dt over √(m/k) of all settings. The default of 0.45 is beyond the largest stable step where grains with friction can turn.
@@ -252,7 +201,7 @@ pub fn printed(quick: bool) -> Scene {
 
 /// The same with a step that is stable for all settings.
 pub fn base(quick: bool) -> Scene {
-    changed(printed(quick), &[Change::Step(STEP)])
+    changed(printed(quick), &[("step", STEP)])
 }
 
 /// With the points beside the punch on its other side too.
