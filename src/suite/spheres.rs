@@ -6,7 +6,9 @@
 //! the model's step as rounding allows, and no further from the exact answer than that step.
 
 use std::f64::consts::PI;
-use std::sync::OnceLock;
+use std::sync::{LazyLock, OnceLock};
+
+use serde::Deserialize;
 
 use super::exact::{Known, ROUNDING, largest_difference, numbers};
 use super::{CaseGroup, at, springs, world};
@@ -22,150 +24,56 @@ const STEPS: f64 = 400.0;
 /// Where surfaces slip to: across, and a third of a turn away from every axis.
 const WAY: Vector = [0.8, 0.6, 0.0];
 
-/// Young's modulus in Pa, Poisson's ratio, density in kg/m³.
-type Material = (&'static str, f64, f64, f64);
-const GLASS: Material = ("glass", 48.0e9, 0.20, 2800.0);
-const LIMESTONE: Material = ("limestone", 20.0e9, 0.25, 2500.0);
-const ALUMINIUM_ALLOY: Material = ("aluminium-alloy", 70.0e9, 0.30, 2699.0);
-const ALLOY_OF_4: Material = ("aluminium-alloy", 70.0e9, 0.33, 2700.0);
-const MAGNESIUM_ALLOY: Material = ("magnesium-alloy", 40.0e9, 0.35, 1800.0);
-const ALUMINIUM_OXIDE: Material = ("aluminium-oxide", 380.0e9, 0.23, 4000.0);
-const CAST_IRON: Material = ("cast-iron", 100.0e9, 0.25, 7000.0);
-const STEEL: Material = ("steel", 208.0e9, 0.30, 7850.0);
-const POLYETHYLENE: Material = ("polyethylene", 1.0e9, 0.40, 1400.0);
-const NYLON: Material = ("nylon", 2.5e9, 0.40, 1000.0);
-const COPPER: Material = ("copper", 120.0e9, 0.35, 8900.0);
+/// One of Chung and Ooi's tests: `chung_ooi.json`, read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Published {
+    id: &'static str,
+    title: &'static str,
+    materials: Vec<Material>,
+    /// m.
+    radius: f64,
+    /// A sphere of the same material that is met: how many times the radius and the density it has. None is a plane that does not
+    /// give way.
+    other: Option<[f64; 2]>,
+    /// Of the approach, m/s.
+    speed: f64,
+    restitution: f64,
+    /// In central impacts nothing slips, so an engine without friction has the first two tests too; published is 0.35.
+    friction: f64,
+    varied: Varied,
+    values: Vec<f64>,
+}
 
-/// What a sphere meets.
-#[derive(Clone, Copy, PartialEq)]
-enum Other {
-    /// A plane that does not give way.
-    Wall,
-    /// A sphere of its material: how many times the radius and the density it has.
-    Sphere(f64, f64),
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Material {
+    name: &'static str,
+    /// Pa.
+    modulus: f64,
+    poissons_ratio: f64,
+    /// kg/m³.
+    density: f64,
 }
 
 /// What differs from run to run.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
 enum Varied {
-    Restitution(&'static [f64]),
+    Restitution,
     /// Degrees from the normal, of a velocity that is otherwise the same.
-    Angle(&'static [f64]),
+    Angle,
     /// Along the surface, m/s.
-    Along(&'static [f64]),
+    Along,
     /// Of the first one, rad/s.
-    Spin(&'static [f64]),
+    Spin,
     /// Of both, against each other, rad/s.
-    Opposite(&'static [f64]),
+    OppositeSpins,
 }
 
-/// A published test: id, title, materials, radius in m, what is met, speed of the approach in m/s, e, μ, and what is varied.
-type Published = (
-    &'static str,
-    &'static str,
-    &'static [Material],
-    f64,
-    Other,
-    f64,
-    f64,
-    f64,
-    Varied,
-);
-
-const TWIN: Other = Other::Sphere(1.0, 1.0);
-/// In central impacts nothing slips, so an engine without friction has them too; published is 0.35.
-const SMOOTH: f64 = 0.0;
-const SPINS: &[f64] = &[0.175, 0.7, 2.5, 5.0, 10.5, 21.0];
-const PUBLISHED: [Published; 8] = [
-    (
-        "chung-ooi-1",
-        "Chung and Ooi 1: elastic normal impact of two equal spheres",
-        &[GLASS, LIMESTONE],
-        0.01,
-        TWIN,
-        20.0,
-        1.0,
-        SMOOTH,
-        Varied::Spin(&[0.0]),
-    ),
-    (
-        "chung-ooi-2",
-        "Chung and Ooi 2: elastic normal impact of a sphere on a rigid plane",
-        &[ALUMINIUM_ALLOY, MAGNESIUM_ALLOY],
-        0.1,
-        Other::Wall,
-        0.2,
-        1.0,
-        SMOOTH,
-        Varied::Spin(&[0.0]),
-    ),
-    (
-        "chung-ooi-3",
-        "Chung and Ooi 3: normal impacts with dashpots of a sphere on a rigid plane",
-        &[ALUMINIUM_OXIDE, CAST_IRON],
-        0.0025,
-        Other::Wall,
-        3.9,
-        1.0,
-        0.35,
-        Varied::Restitution(&[0.2, 0.4, 0.6, 0.8, 1.0]),
-    ),
-    (
-        "chung-ooi-4",
-        "Chung and Ooi 4: oblique impacts of a sphere on a rigid plane",
-        &[ALUMINIUM_OXIDE, ALLOY_OF_4],
-        0.0025,
-        Other::Wall,
-        3.9,
-        0.98,
-        0.092,
-        Varied::Angle(&[5.0, 15.0, 25.0, 35.0, 45.0, 60.0, 75.0, 85.0]),
-    ),
-    (
-        "chung-ooi-5",
-        "Chung and Ooi 5: oblique impacts of a small sphere, elastic",
-        &[STEEL, POLYETHYLENE],
-        1.0e-5,
-        Other::Wall,
-        5.0,
-        1.0,
-        0.3,
-        Varied::Along(&[0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 21.0]),
-    ),
-    (
-        "chung-ooi-6",
-        "Chung and Ooi 6: impacts of a spinning sphere on a rigid plane",
-        &[ALUMINIUM_ALLOY, NYLON],
-        0.1,
-        Other::Wall,
-        0.2,
-        0.5,
-        0.4,
-        Varied::Spin(SPINS),
-    ),
-    (
-        "chung-ooi-7",
-        "Chung and Ooi 7: two equal spheres with opposite spins",
-        &[ALLOY_OF_4, COPPER],
-        0.1,
-        TWIN,
-        0.4,
-        0.5,
-        0.4,
-        Varied::Opposite(SPINS),
-    ),
-    (
-        "chung-ooi-8",
-        "Chung and Ooi 8: a spinning sphere meets a much larger and denser one",
-        &[ALUMINIUM_ALLOY, NYLON],
-        0.1,
-        Other::Sphere(5.0, 1000.0),
-        0.2,
-        0.5,
-        0.4,
-        Varied::Spin(SPINS),
-    ),
-];
+static PUBLISHED: LazyLock<Vec<Published>> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("chung_ooi.json")).expect("it is a list of tests")
+});
 
 /// A sphere at the start.
 #[derive(Clone, Copy)]
@@ -213,7 +121,7 @@ impl Sphere {
 /// All groups, of an engine that has these rules.
 pub fn groups(rules: Rules) -> Vec<CaseGroup> {
     let published = PUBLISHED.iter().map(|test| {
-        let group = CaseGroup::new(test.0, test.1);
+        let group = CaseGroup::new(test.id, test.title);
         let impacts = impacts(test, rules).into_iter();
         impacts.fold(group, |group, impact| {
             let hertz = impact.is_elastic().then_some(impact.largest);
@@ -247,46 +155,36 @@ impl Impact {
 }
 
 fn impacts(test: &Published, rules: Rules) -> Vec<Impact> {
-    let (_, _, materials, radius, other, speed, e, friction, varied) = *test;
-    let values = match varied {
-        Varied::Restitution(value) | Varied::Angle(value) | Varied::Along(value) => value,
-        Varied::Spin(value) | Varied::Opposite(value) => value,
-    };
-    let runs = materials.iter().flat_map(|material| {
-        values.iter().map(move |value| {
-            let (mut e, mut approach, mut along, mut spins) = (e, speed, 0.0, [0.0; 2]);
-            let what = match varied {
-                Varied::Restitution(_) => {
+    let runs = test.materials.iter().flat_map(|material| {
+        test.values.iter().map(move |value| {
+            let (mut e, mut approach) = (test.restitution, test.speed);
+            let (mut along, mut spins) = (0.0, [0.0; 2]);
+            let what = match test.varied {
+                Varied::Restitution => {
                     e = *value;
                     "e"
                 }
-                Varied::Angle(_) => {
-                    approach = speed * value.to_radians().cos();
-                    along = speed * value.to_radians().sin();
+                Varied::Angle => {
+                    approach = test.speed * value.to_radians().cos();
+                    along = test.speed * value.to_radians().sin();
                     "angle"
                 }
-                Varied::Along(_) => {
+                Varied::Along => {
                     along = *value;
                     "along"
                 }
-                Varied::Spin(_) => {
+                Varied::Spin => {
                     spins[0] = *value;
                     "spin"
                 }
-                Varied::Opposite(_) => {
+                Varied::OppositeSpins => {
                     // The same turn makes surfaces slip against each other.
                     spins = [*value; 2];
                     "spins"
                 }
             };
-            let name = format!("{}-{what}-{value}", material.0);
-            impact(
-                name,
-                (*material, radius, other),
-                (e, friction),
-                (approach, along, spins),
-                rules,
-            )
+            let name = format!("{}-{what}-{value}", material.name);
+            impact(name, test, material, e, (approach, along, spins), rules)
         })
     });
     runs.collect()
@@ -294,23 +192,26 @@ fn impacts(test: &Published, rules: Rules) -> Vec<Impact> {
 
 fn impact(
     name: String,
-    ((_, modulus, poissons_ratio, density), radius, other): (Material, f64, Other),
-    (e, friction): (f64, f64),
+    test: &Published,
+    material: &Material,
+    e: f64,
     (approach, along, spins): (f64, f64, [f64; 2]),
     rules: Rules,
 ) -> Impact {
-    let mut law = hertz_mindlin(modulus, poissons_ratio, friction.atan());
+    let (radius, modulus, poissons_ratio) =
+        (test.radius, material.modulus, material.poissons_ratio);
+    let mut law = hertz_mindlin(modulus, poissons_ratio, test.friction.atan());
     if e < 1.0 {
         law.contact.viscosity = Viscosity::restitution(e, Tension::Clipped);
     }
     // About the axis that lets the surface run along [`WAY`].
     let turn = |spin: f64| times(spin, [-WAY[1], WAY[0], 0.0]);
-    let first = Sphere::new([0.0; 3], radius, density).spinning(turn(spins[0]));
+    let first = Sphere::new([0.0; 3], radius, material.density).spinning(turn(spins[0]));
     let mut spheres = vec![first];
-    let (radius_mean, mass) = match other {
-        Other::Wall => (radius, first.mass),
-        Other::Sphere(larger, denser) => {
-            let second = Sphere::new([0.0; 3], larger * radius, denser * density);
+    let (radius_mean, mass) = match test.other {
+        None => (radius, first.mass),
+        Some([larger, denser]) => {
+            let second = Sphere::new([0.0; 3], larger * radius, denser * material.density);
             spheres.push(second.spinning(turn(spins[1])));
             (
                 radius * second.radius / (radius + second.radius),
@@ -319,10 +220,10 @@ fn impact(
         }
     };
     // E* of two of this material; a plane that does not give way halves what gives.
-    let rigid = if other == Other::Wall { 2.0 } else { 1.0 };
+    let rigid = if test.other.is_none() { 2.0 } else { 1.0 };
     let contact_modulus = rigid * modulus / (2.0 * (1.0 - poissons_ratio * poissons_ratio));
     let stiffness = 4.0 / 3.0 * contact_modulus * radius_mean.sqrt();
-    if other == Other::Wall {
+    if test.other.is_none() {
         law.modulus *= rigid * 2.0f64.sqrt() / at_walls(rules);
     }
     let depth = (1.25 * mass * approach * approach / stiffness).powf(0.4);
@@ -784,7 +685,7 @@ mod tests {
                 let found = [top.normal_force, top.overlap, time];
                 for (found, wanted) in found.into_iter().zip(impact.largest) {
                     let off = found / wanted - 1.0;
-                    assert!(off.abs() < 1.0e-6, "{} {}: {off:e}", test.0, case.name);
+                    assert!(off.abs() < 1.0e-6, "{} {}: {off:e}", test.id, case.name);
                 }
             }
         }
@@ -797,7 +698,7 @@ mod tests {
         let mut count = 0;
         for test in &PUBLISHED[3..5] {
             for impact in impacts(test, Rules::default()) {
-                let (case, friction) = (&impact.case, test.7);
+                let (case, friction) = (&impact.case, test.friction);
                 let start = &case.bodies;
                 let track = run(case, &Variant::default());
                 let end = &track[4].bodies;
@@ -808,18 +709,18 @@ mod tests {
                     continue;
                 }
                 let left = hypot([end.vx[0], end.vy[0], 0.0]);
-                let turn = hypot([end.spin_x[0], end.spin[0], end.spin_z[0]]) * test.3;
+                let turn = hypot([end.spin_x[0], end.spin[0], end.spin_z[0]]) * test.radius;
                 assert!(
                     (along - left - taken).abs() < 2.0e-3 * taken,
                     "{} {}",
-                    test.0,
+                    test.id,
                     case.name
                 );
                 let arm = turn / (2.5 * taken);
                 assert!(
-                    arm < 1.0 + 2.0e-3 && arm > 1.0 - impact.largest[1] / test.3,
+                    arm < 1.0 + 2.0e-3 && arm > 1.0 - impact.largest[1] / test.radius,
                     "{} {}: {arm}",
-                    test.0,
+                    test.id,
                     case.name
                 );
                 count += 1;
