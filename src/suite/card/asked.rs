@@ -2,9 +2,11 @@
 //!
 //! One list of places and one of readings; in space directions are askew, so that no term can be taken along an axis of the box.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::engine::{Description, Part};
 use crate::suite::spheres::{Sphere, case, hertz_mindlin};
@@ -105,6 +107,14 @@ impl Kind {
         self != Kind::Plane
     }
 
+    /// What goes with linear springs, or with Hertz's.
+    pub fn choose<T>(self, linear: T, hertz: T) -> T {
+        match self {
+            Kind::Plane | Kind::Linear => linear,
+            Kind::Hertz => hertz,
+        }
+    }
+
     /// Whether an engine with these parts is asked for it.
     pub fn is_in(self, engine: &Description) -> bool {
         engine.has(match self {
@@ -184,15 +194,31 @@ pub struct About {
     pub asked: f64,
 }
 
-/// What a reading is of: its key, what it is called and its unit.
-pub type Named<'a> = (&'a str, &'a str, &'static str);
+/// What a reading is called, and its unit.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Named {
+    name: &'static str,
+    unit: &'static str,
+    /// Where the unit is another one by Hertz's law.
+    by_hertz: Option<&'static str>,
+}
+
+/// By the keys of readings: `names.json`, read.
+static NAMES: LazyLock<BTreeMap<&str, Named>> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("names.json")).expect("it is a table of names")
+});
 
 impl About {
-    pub fn new(kind: Kind, place: &'static str, (key, name, unit): Named<'_>, asked: f64) -> Self {
+    pub fn new(kind: Kind, place: &'static str, key: &str, asked: f64) -> Self {
+        let Some(named) = NAMES.get(key) else {
+            unreachable!("{key} has no name");
+        };
+        let by_hertz = named.by_hertz.filter(|_| kind == Kind::Hertz);
         About {
             key: format!("{}{key}/{}", kind.key(), place.replace(' ', "-")),
-            name: name.to_owned(),
-            unit,
+            name: named.name.to_owned(),
+            unit: by_hertz.unwrap_or(named.unit),
             place,
             kind,
             meeting: None,
@@ -342,7 +368,7 @@ impl Meeting {
 
     /// The power of the overlap that the normal force goes with.
     pub fn power(self) -> f64 {
-        if self.kind == Kind::Hertz { 1.5 } else { 1.0 }
+        self.kind.choose(1.0, 1.5)
     }
 
     /// dF/du at this overlap, N/m.
@@ -537,6 +563,24 @@ impl Meeting {
         }
     }
 
+    /// What stiffnesses along the tangent go with: the overlap to the power that is left.
+    pub fn root(self, track: &Track, step: u64) -> f64 {
+        self.overlap(track, step).powf(self.power() - 1.0)
+    }
+
+    /// Friction over the normal force.
+    pub fn friction(self, track: &Track, step: u64) -> f64 {
+        let [out, along, across] = self.force(track, step, DT);
+        along.hypot(across) / out.abs()
+    }
+
+    /// k_s, by what the third step adds to the force of the second one.
+    pub fn tangential_stiffness(self, track: &Track) -> f64 {
+        let [one, two] = [1, 2].map(|step| self.force(track, step, DT)[1]);
+        let way = self.velocity(track, 2)[1] * DT;
+        (one - two) / way / self.root(track, 2)
+    }
+
     /// The last grain's place, against that of the first one.
     pub fn place_of_last(self, track: &Track, step: u64) -> Local {
         let last = vector(track, step, self.id_of_last(), Bodies::position);
@@ -591,8 +635,8 @@ fn alone(kind: Kind) -> Vec<Quantity> {
         kind,
     };
     let grain = meeting.last();
-    let row = |named: Named<'_>, case, asked, read| Quantity {
-        about: About::new(kind, "one grain", named, asked),
+    let row = |key, case, asked, read| Quantity {
+        about: About::new(kind, "one grain", key, asked),
         case,
         read,
     };
@@ -640,66 +684,19 @@ fn alone(kind: Kind) -> Vec<Quantity> {
         })
     };
     let still = || thrown([0.0; 3], 0.0);
-    let (falling, rising) = ("local damping, falling", "local damping, rising");
+    let across = move |track: &Track| acceleration(track, 0) / gravity[0] - 1.0;
+    let (falls, rises) = ([0.1, 0.0, -1.0], [-0.1, 0.0, 1.0]);
+    let falls_back = thrown([-0.1, 0.0, -1.0], 0.3);
     vec![
-        row(
-            ("g-x", "gravity across", "m/s²"),
-            still(),
-            gravity[0],
-            fall(0),
-        ),
-        row(
-            ("g-z", "gravity upwards", "m/s²"),
-            still(),
-            gravity[1],
-            fall(2),
-        ),
-        row(
-            ("alpha-down", falling, ""),
-            thrown([0.1, 0.0, -1.0], 0.3),
-            0.3,
-            down,
-        ),
-        row(
-            ("alpha-up", rising, ""),
-            thrown([-0.1, 0.0, 1.0], 0.3),
-            0.3,
-            up,
-        ),
-        row(
-            ("alpha-across", "local damping, across", ""),
-            thrown([-0.1, 0.0, -1.0], 0.3),
-            0.3,
-            Box::new(move |track| acceleration(track, 0) / gravity[0] - 1.0),
-        ),
-        row(
-            ("alpha-turn-down", "local damping, falling from now on", ""),
-            turning(0.3),
-            0.3,
-            first(-1.0),
-        ),
-        row(
-            (
-                "alpha-turn-up",
-                "local damping, rising for half a step more",
-                "",
-            ),
-            turning(0.7),
-            0.3,
-            first(1.0),
-        ),
-        row(
-            ("inertia", "moment of inertia", "kg m²"),
-            turned,
-            own,
-            Box::new(inertia),
-        ),
-        row(
-            ("alpha-spin", "local damping of a spin", ""),
-            damped,
-            0.3,
-            Box::new(of_spin),
-        ),
+        row("g-x", still(), gravity[0], fall(0)),
+        row("g-z", still(), gravity[1], fall(2)),
+        row("alpha-down", thrown(falls, 0.3), 0.3, down),
+        row("alpha-up", thrown(rises, 0.3), 0.3, up),
+        row("alpha-across", falls_back, 0.3, Box::new(across)),
+        row("alpha-turn-down", turning(0.3), 0.3, first(-1.0)),
+        row("alpha-turn-up", turning(0.7), 0.3, first(1.0)),
+        row("inertia", turned, own, Box::new(inertia)),
+        row("alpha-spin", damped, 0.3, Box::new(of_spin)),
     ]
 }
 
