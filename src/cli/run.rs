@@ -176,8 +176,8 @@ impl YadeLimits {
     /// The program at this path with these limits.
     pub fn exec(&self, program: PathBuf) -> exec::Options {
         exec::Options {
+            program,
             limits: self.limits(),
-            ..exec::Options::new(program)
         }
     }
 

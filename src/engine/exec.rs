@@ -38,8 +38,6 @@ pub const PROTOCOL: u32 = 2;
 pub struct Options {
     pub program: PathBuf,
     pub limits: Limits,
-    /// A program, with its arguments, that what it times is to run under, such as valgrind; usually none.
-    pub under: Vec<String>,
 }
 
 impl Options {
@@ -47,7 +45,6 @@ impl Options {
         Options {
             program,
             limits: usual_limits(),
-            under: Vec::new(),
         }
     }
 }
@@ -345,8 +342,8 @@ impl Adapter {
         }
         make_executable(&program)?;
         ExternalEngine::ask(Options {
+            program,
             limits: limits.clone(),
-            ..Options::new(program)
         })
     }
 }

@@ -58,8 +58,8 @@ impl Named {
             }),
             Named::Adapter(adapter) => Box::new(adapter.place(folder, &options.limits)?),
             Named::Exec(program) => Box::new(ExternalEngine::ask(exec::Options {
+                program: program.clone(),
                 limits: options.limits.clone(),
-                ..exec::Options::new(program.clone())
             })?),
         })
     }

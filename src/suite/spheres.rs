@@ -324,31 +324,27 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
     let on = |name: &str, law: Law, gravity: [f64; 2], sphere: Sphere, end: u64| {
         case(name, on_floor(law, gravity), &[sphere], moments(end))
     };
+    let heavy = |name: &str, law: Law, sphere: Sphere| on(name, law, weight, sphere, 6000);
     let incline = [9.81 * 0.3f64.sin(), -9.81 * 0.3f64.cos()];
     // Pressed by its weight alone.
     let sunk = 0.005 - 2.0e-7;
     let slipping = ball(sunk).moving(times(0.02, WAY));
-    let swinging = ball(sunk)
-        .moving(times(0.05, WAY))
-        .spinning([-6.0, 8.0, 0.0]);
-    let rolling = |limit: Option<f64>, stiffer: f64| Rolling {
-        bending_stiffness: Some(2.0e-3 * stiffer),
-        twisting_stiffness: 1.0e-3,
-        limit,
-    };
-    let with = |rolling: Rolling| {
+    let spinning = |spin: Vector| ball(sunk).spinning(spin);
+    let swinging = spinning([-6.0, 8.0, 0.0]).moving(times(0.05, WAY));
+    let rolling_out = slipping.spinning([-2.4, 3.2, 0.0]);
+    let twisting = spinning([0.0, 0.0, 5.0]);
+    let and_twisting = slipping.spinning([-2.4, 3.2, 5.0]);
+    let resisting = |bending_stiffness, twisting_stiffness, limit| {
         let mut law = damped(soft(0.5), 0.5);
-        law.contact.rolling = Some(rolling);
+        law.contact.rolling = Some(Rolling {
+            bending_stiffness,
+            twisting_stiffness,
+            limit,
+        });
         law
     };
-    let rolls = |limit: Option<f64>, stiffer: f64| with(rolling(limit, stiffer));
-    let constant = |limit: f64| {
-        with(Rolling {
-            bending_stiffness: None,
-            twisting_stiffness: 0.0,
-            limit: Some(limit),
-        })
-    };
+    let rolls = |limit: Option<f64>, stiffer: f64| resisting(Some(2.0e-3 * stiffer), 1.0e-3, limit);
+    let constant = |limit: f64| resisting(None, 0.0, Some(limit));
     let linear = |c_n: f64, friction_angle: f64| {
         let mut law = springs(1.0e6);
         law.friction_angle = friction_angle;
@@ -356,6 +352,9 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
         law.contact.torque_arms = TorqueArms::ContactPoint;
         law
     };
+    let unequal = [ball(0.0049), Sphere::new([0.0, 0.0, 0.0148], 0.005, 5000.0)];
+    let stack = [1.0, 3.0, 5.0].map(|radii| ball(radii * sunk));
+    let floor = on_floor(damped(soft(0.3), 0.5), weight);
     let squeezed = {
         let mut model = on_floor(linear(0.05, 0.0), weight);
         model.walls.push(Wall::at(Axis::Z, 0.0197));
@@ -363,25 +362,32 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
     };
     let corner = {
         let mut model = on_floor(damped(soft(0.4), 0.6), weight);
-        model
-            .walls
-            .extend([Wall::at(Axis::X, 0.0), Wall::at(Axis::Y, 0.0)]);
+        let sides = [Axis::X, Axis::Y].map(|axis| Wall::at(axis, 0.0));
+        model.walls.extend(sides);
         model
     };
     // Half a step before the floor, too.
     let in_corner = Sphere::new([0.006, 0.0055, 0.0050003], 0.005, 2500.0)
         .moving([-0.5, -0.4, -0.3])
         .spinning([20.0, -30.0, 40.0]);
+    let at_once = [
+        ball(0.005)
+            .moving([0.0, 0.1, -0.4])
+            .spinning([30.0, 0.0, 10.0]),
+        Sphere::new([0.0071, 0.0, -0.0021], 0.005, 5000.0).spinning([0.0, 40.0, 0.0]),
+        Sphere::new([-0.0061, 0.0021, -0.0031], 0.004, 1500.0).spinning([0.0, 0.0, -50.0]),
+    ];
     let prescribed = |overlap: f64, motions: [[Vector; 2]; 2]| {
         let places = [[0.0; 3], [0.006, 0.0, 0.007]];
         let radius = 0.5 * (hypot(places[1]) + overlap);
-        let both = [0, 1].map(|at| {
+        [0, 1].map(|at| {
             let [velocity, spin] = motions[at];
             let sphere = Sphere::new(places[at], radius, 2500.0);
             sphere.moving(velocity).spinning(spin).prescribed()
-        });
-        both.to_vec()
+        })
     };
+    let moving = |velocity: Vector| [velocity, [0.0; 3]];
+    let turning = |spin: Vector| [[0.0; 3], spin];
     let still = [[0.0; 3]; 2];
     // Across the normal (0.6, 0, 0.8)/1, along it, and turns about it and across it.
     let across = times(0.05, [-0.7592566, 0.0, 0.6507914]);
@@ -396,26 +402,26 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
             poissons_ratio: 0.2,
             friction_angle: 0.2,
         }];
+        let first = ball(0.0031).moving([0.3, 0.1, -0.4]);
         let second = Sphere::new([0.0071, 0.0, -0.0021], 0.004, 5000.0);
         let both = [
-            ball(0.0031)
-                .moving([0.3, 0.1, -0.4])
-                .spinning([30.0, 0.0, 10.0]),
+            first.spinning([30.0, 0.0, 10.0]),
             second.spinning([0.0, 40.0, 0.0]),
         ];
         let mut case = case("unlike", free(law), &both, moments(800));
         case.bodies.material = vec![0, 1];
         case
     };
-    let still_and_away = [[[0.0; 3]; 2], [times(0.05, normal), [0.0; 3]]];
+    let still_and_away = [still, moving(times(0.05, normal))];
     let sticky = |name: &str, by: AdhesionLaw, motions: [[Vector; 2]; 2]| {
         let mut law = soft(0.0);
         law.contact.adhesion = Some(0.05);
         law.contact.adhesion_law = by;
         case(name, free(law), &prescribed(2.0e-5, motions), moments(240))
     };
-    let held = |name: &str, law: Law, motions: [[Vector; 2]; 2]| {
-        case(name, free(law), &prescribed(5.0e-5, motions), moments(400))
+    let held = |name: &str, law: Law, one: [Vector; 2], other: [Vector; 2]| {
+        let both = prescribed(5.0e-5, [one, other]);
+        case(name, free(law), &both, moments(400))
     };
     vec![
         (
@@ -430,87 +436,41 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
             "mfix-dem-03",
             "MFiX DEM03 and LAMMPS' stack: two spheres of other masses squeezed between two planes",
             vec![
-                case(
-                    "squeezed",
-                    squeezed,
-                    &[ball(0.0049), Sphere::new([0.0, 0.0, 0.0148], 0.005, 5000.0)],
-                    moments(2000),
-                ),
-                case(
-                    "stacked",
-                    on_floor(damped(soft(0.3), 0.5), weight),
-                    &[ball(sunk), ball(3.0 * sunk), ball(5.0 * sunk)],
-                    moments(4000),
-                ),
+                case("squeezed", squeezed, &unequal, moments(2000)),
+                case("stacked", floor, &stack, moments(4000)),
             ],
         ),
         (
             "mfix-dem-04",
             "MFiX DEM04 and LAMMPS' slip: a sphere slips on a plane until it rolls",
             vec![
-                on("slips", damped(soft(0.2), 0.5), weight, slipping, 6000),
-                on(
-                    "spins",
-                    damped(soft(0.2), 0.5),
-                    weight,
-                    ball(sunk).spinning([3.0, 2.0, 5.0]),
-                    6000,
-                ),
+                heavy("slips", damped(soft(0.2), 0.5), slipping),
+                heavy("spins", damped(soft(0.2), 0.5), spinning([3.0, 2.0, 5.0])),
             ],
         ),
         (
             "lammps-rolling",
             "LAMMPS' rolling decay, incline and twist decay: moments with a limit",
             vec![
-                on(
-                    "decay",
-                    rolls(Some(0.02), 1.0),
-                    weight,
-                    slipping.spinning([-2.4, 3.2, 0.0]),
-                    6000,
-                ),
+                heavy("decay", rolls(Some(0.02), 1.0), rolling_out),
                 on("incline", rolls(Some(0.1), 1.0), incline, ball(sunk), 6000),
-                on(
-                    "twist",
-                    rolls(Some(0.02), 1.0),
-                    weight,
-                    ball(sunk).spinning([0.0, 0.0, 5.0]),
-                    6000,
-                ),
+                heavy("twist", rolls(Some(0.02), 1.0), twisting),
             ],
         ),
         (
             "moments",
             "Moments without a limit: a sphere swings on a plane, and turns back from a twist",
             vec![
-                on("swings", rolls(None, 25.0), weight, swinging, 6000),
-                on(
-                    "twist",
-                    rolls(None, 1.0),
-                    weight,
-                    ball(sunk).spinning([0.0, 0.0, 5.0]),
-                    6000,
-                ),
+                heavy("swings", rolls(None, 25.0), swinging),
+                heavy("twist", rolls(None, 1.0), twisting),
             ],
         ),
         (
             "constant-torque",
             "A constant torque against rolling: a sphere rolls out, and one that also twists",
             vec![
-                on(
-                    "decay",
-                    constant(0.02),
-                    weight,
-                    slipping.spinning([-2.4, 3.2, 0.0]),
-                    6000,
-                ),
-                on(
-                    "twists",
-                    constant(0.02),
-                    weight,
-                    slipping.spinning([-2.4, 3.2, 5.0]),
-                    6000,
-                ),
+                heavy("decay", constant(0.02), rolling_out),
+                heavy("twists", constant(0.02), and_twisting),
             ],
         ),
         (
@@ -539,15 +499,7 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
                 case(
                     "spheres",
                     free(damped(soft(0.4), 0.7)),
-                    &[
-                        ball(0.005)
-                            .moving([0.0, 0.1, -0.4])
-                            .spinning([30.0, 0.0, 10.0]),
-                        Sphere::new([0.0071, 0.0, -0.0021], 0.005, 5000.0)
-                            .spinning([0.0, 40.0, 0.0]),
-                        Sphere::new([-0.0061, 0.0021, -0.0031], 0.004, 1500.0)
-                            .spinning([0.0, 0.0, -50.0]),
-                    ],
+                    &at_once,
                     moments(3000),
                 ),
             ],
@@ -556,29 +508,25 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
             "on-dem",
             "ON-DEM's prescribed motions: forces of two spheres whose motion nothing changes",
             vec![
-                held("sticks", soft(0.8), [still, [across, [0.0; 3]]]),
-                held(
-                    "slides",
-                    soft(0.05),
-                    [still, [plus(across, aside), [0.0; 3]]],
-                ),
+                held("sticks", soft(0.8), still, moving(across)),
+                held("slides", soft(0.05), still, moving(plus(across, aside))),
                 held(
                     "rolls",
                     soft(0.5),
-                    [[[0.0; 3], [0.0, 8.0, 0.0]], [[0.0; 3], [0.0, -6.0, 0.0]]],
+                    turning([0.0, 8.0, 0.0]),
+                    turning([0.0, -6.0, 0.0]),
                 ),
                 held(
                     "twists",
                     soft(0.5),
-                    [
-                        [across, times(9.0, normal)],
-                        [[0.0; 3], times(-7.0, normal)],
-                    ],
+                    [across, times(9.0, normal)],
+                    turning(times(-7.0, normal)),
                 ),
                 held(
                     "turns",
                     soft(0.5),
-                    [[aside, [5.0, 3.0, -4.0]], [across, [-6.0, 7.0, 2.0]]],
+                    [aside, [5.0, 3.0, -4.0]],
+                    [across, [-6.0, 7.0, 2.0]],
                 ),
             ],
         ),
@@ -589,12 +537,14 @@ fn further(rules: Rules) -> Vec<(&'static str, &'static str, Vec<Case>)> {
                 held(
                     "presses",
                     linear(1.0, 0.5),
-                    [[aside, [0.0; 3]], [times(-0.05, normal), [0.0; 3]]],
+                    moving(aside),
+                    moving(times(-0.05, normal)),
                 ),
                 held(
                     "parts",
                     linear(1.0, 0.5),
-                    [still, [plus(times(0.03, normal), aside), [0.0; 3]]],
+                    still,
+                    moving(plus(times(0.03, normal), aside)),
                 ),
             ],
         ),
