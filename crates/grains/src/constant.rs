@@ -8,7 +8,6 @@ use crate::native::state::Constants;
 use crate::scene::{Rolling, Springs, Viscosity};
 use crate::tables::{Bodies, Body, Punch};
 use crate::task::Case;
-use crate::vector::times;
 
 /// What a run computes with.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,313 +52,116 @@ struct Row {
     enlarge: fn(&mut Given, f64),
 }
 
-const fn fault(fault: &'static str, enlarge: fn(&mut Given, f64)) -> Row {
-    Row {
-        fault,
-        ..constant(0, "", "", enlarge)
-    }
+macro_rules! rows {
+    ($($fault:literal, $kept:literal, $symbol:literal, $counted:ident, $place:literal, $enlarge:expr;)+) => {
+        &[$(Row {
+            fault: $fault,
+            kept: $kept,
+            symbol: $symbol,
+            counted: Counted::$counted,
+            place: $place,
+            enlarge: $enlarge,
+        }),+]
+    };
 }
 
-const fn constant(
-    kept: i8,
-    symbol: &'static str,
-    place: &'static str,
-    enlarge: fn(&mut Given, f64),
-) -> Row {
-    Row {
-        fault: "",
-        kept,
-        symbol,
-        counted: Counted::Factor,
-        place,
-        enlarge,
-    }
-}
-
-const fn over_radius(kept: i8, symbol: &'static str, enlarge: fn(&mut Given, f64)) -> Row {
-    Row {
-        counted: Counted::Radius,
-        ..constant(kept, symbol, "model.walls", enlarge)
-    }
-}
-
-/// Tables of faults and of constants have this order.
-static ROWS: [Row; 36] = [
-    constant(
-        16,
-        "k_n between grains",
-        "k_n = 2·E·R1·R2/(R1 + R2) (Eq. 4)",
-        |given, by| stiffen(given, Body::Grain, by),
-    ),
-    constant(
-        12,
-        "k_n at walls",
-        "k_n at walls: a wall counts as a grain of the same radius",
-        |given, by| {
-            if !given.constants.walls.is_empty() {
-                stiffen(given, Body::Wall, by);
-            }
-        },
-    ),
-    constant(
-        11,
-        "k_n at the punch",
-        "k_n at the punch: it counts as a grain of the same radius",
-        |given, by| {
-            if given.punch.is_some() {
-                stiffen(given, Body::Punch, by);
-            }
-        },
-    ),
+/// Tables of faults and of constants have this order. A row has what a [`Row`] has, in the same order.
+static ROWS: &[Row] = rows! {
+    "", 16, "k_n between grains", Factor, "k_n = 2·E·R1·R2/(R1 + R2) (Eq. 4)",
+        |given, by| stiffen(given, Body::Grain, by);
+    "", 12, "k_n at walls", Factor, "k_n at walls: a wall counts as a grain of the same radius",
+        |given, by| if !given.constants.walls.is_empty() { stiffen(given, Body::Wall, by) };
+    "", 11, "k_n at the punch", Factor, "k_n at the punch: it counts as a grain of the same radius",
+        |given, by| if given.punch.is_some() { stiffen(given, Body::Punch, by) };
     // Every k_n; a scene has its punch later.
-    fault("stiffness", |given, by| {
-        [Body::Grain, Body::Wall, Body::Punch]
-            .into_iter()
-            .for_each(|body| stiffen(given, body, by));
-    }),
-    Row {
-        fault: "shear-stiffness",
-        ..constant(
-            13,
-            "k_s",
-            "k_s = law.stiffness_ratio · k_n",
-            |given, by| {
-                if given.constants.law.has_friction() {
-                    given.constants.tangential_factor *= 1.0 + by;
-                }
-            },
-        )
-    },
+    "stiffness", 0, "", Factor, "", |given, by| all(&mut given.constants.normal_factors, by);
+    "shear-stiffness", 13, "k_s", Factor, "k_s = law.stiffness_ratio · k_n",
+        |given, by| if given.constants.law.has_friction() { all([&mut given.constants.tangential_factor], by) };
     // Young's modulus, so k_n and k_s.
-    fault("modulus", |given, by| {
-        given.constants.law.modulus *= 1.0 + by
-    }),
-    fault("gravity", |given, by| {
-        given
-            .constants
-            .gravity
-            .iter_mut()
-            .for_each(|g| *g *= 1.0 + by)
-    }),
-    fault("density", |given, by| {
-        all(&mut given.bodies.mass, by);
-        all(&mut given.bodies.inertia, by);
-    }),
-    constant(10, "tan φ", "the limit |N| tan φ (Eq. 5)", |given, by| {
-        angles(given, |angle| (angle.tan() * (1.0 + by)).atan());
-    }),
-    constant(14, "c_n", "law.contact.viscosity", |given, by| {
+    "modulus", 0, "", Factor, "", |given, by| all([&mut given.constants.law.modulus], by);
+    "gravity", 0, "", Factor, "", |given, by| all(&mut given.constants.gravity, by);
+    "density", 0, "", Factor, "", |given, by| all(given.bodies.mass.iter_mut().chain(&mut given.bodies.inertia), by);
+    "", 10, "tan φ", Factor, "the limit |N| tan φ (Eq. 5)",
+        |given, by| angles(given).for_each(|angle| *angle = (angle.tan() * (1.0 + by)).atan());
+    "", 14, "c_n", Factor, "law.contact.viscosity", |given, by| {
         // Of a restitution each pair has a c_n of its own.
-        given.constants.damping_ratios[0] *= 1.0 + by;
+        all([&mut given.constants.damping_ratios[0]], by);
         if let Viscosity::Dashpot { c_n, .. } = &mut given.constants.law.contact.viscosity {
-            *c_n *= 1.0 + by;
+            all([c_n], by);
         }
-    }),
-    Row {
-        fault: "damping",
-        ..constant(15, "α", "model.alpha", |given, by| {
-            given.constants.alpha *= 1.0 + by
-        })
-    },
-    fault("friction", |given, by| {
-        angles(given, |angle| angle * (1.0 + by))
-    }),
+    };
+    "damping", 15, "α", Factor, "model.alpha", |given, by| all([&mut given.constants.alpha], by);
+    "friction", 0, "", Factor, "", |given, by| all(angles(given), by);
     // The damping constant of the dashpots, or the restitution.
-    fault("dashpot", |given, by| {
-        given
-            .constants
-            .change_law(|law| match &mut law.contact.viscosity {
-                Viscosity::None => {}
-                Viscosity::Dashpot { c_n: value, .. }
-                | Viscosity::Restitution { e_n: value, .. }
-                | Viscosity::Ratio { ratio: value, .. } => {
-                    *value *= 1.0 + by;
-                }
-            });
-    }),
+    "dashpot", 0, "", Factor, "", |given, by| given.constants.change_law(|law| match &mut law.contact.viscosity {
+        Viscosity::None => {}
+        Viscosity::Dashpot { c_n: value, .. }
+        | Viscosity::Restitution { e_n: value, .. }
+        | Viscosity::Ratio { ratio: value, .. } => all([value], by),
+    });
     // Of grain 0, at its contacts only.
-    fault("radius", |given, by| first(&mut given.bodies.radius, by)),
-    Row {
-        counted: Counted::Gravity,
-        ..constant(8, "g_x", "model.gravity", |given, by| {
-            pull(given, Axis::X, by)
-        })
-    },
+    "radius", 0, "", Factor, "", |given, by| all(given.bodies.radius.first_mut(), by);
+    "", 8, "g_x", Gravity, "model.gravity", |given, by| pull(given, Axis::X, by);
     // Over |g| too, of which it has nearly all.
-    constant(9, "g_z", "model.gravity", |given, by| {
-        pull(given, Axis::Z, by)
-    }),
-    Row {
-        fault: "time-step",
-        ..constant(7, "Δt", "model.dt", |given, by| {
-            given.constants.dt *= 1.0 + by
-        })
-    },
-    constant(5, "mass", "the masses in initial.csv", |given, by| {
-        all(&mut given.bodies.mass, by)
-    }),
-    constant(
-        6,
-        "moment of inertia",
-        "the moments of inertia in initial.csv",
-        |given, by| {
-            if given.constants.law.rotates() {
-                all(&mut given.bodies.inertia, by);
-            }
-        },
-    ),
+    "", 9, "g_z", Factor, "model.gravity", |given, by| pull(given, Axis::Z, by);
+    "time-step", 7, "Δt", Factor, "model.dt", |given, by| all([&mut given.constants.dt], by);
+    "", 5, "mass", Factor, "the masses in initial.csv", |given, by| all(&mut given.bodies.mass, by);
+    "", 6, "moment of inertia", Factor, "the moments of inertia in initial.csv",
+        |given, by| if given.constants.law.rotates() { all(&mut given.bodies.inertia, by) };
     // At contacts.
-    constant(4, "radius", "the radii in initial.csv", |given, by| {
-        all(&mut given.bodies.radius, by)
-    }),
+    "", 4, "radius", Factor, "the radii in initial.csv", |given, by| all(&mut given.bodies.radius, by);
     // Of grain 0.
-    fault("inertia", |given, by| first(&mut given.bodies.inertia, by)),
+    "inertia", 0, "", Factor, "", |given, by| all(given.bodies.inertia.first_mut(), by);
     // The right wall is moved by this share of its place.
-    fault("wall", |given, by| {
-        right_wall(&mut given.constants, |wall| wall.place *= 1.0 + by)
-    }),
-    over_radius(0, "place of wall 0", |given, by| shift(given, 0, by)),
-    over_radius(1, "place of wall 1", |given, by| shift(given, 1, by)),
-    over_radius(2, "place of wall 2", |given, by| shift(given, 2, by)),
-    over_radius(-1, "place of wall 3", |given, by| shift(given, 3, by)),
-    over_radius(-2, "place of wall 4", |given, by| shift(given, 4, by)),
+    "wall", 0, "", Factor, "", |given, by| right_wall(&mut given.constants, |wall| all([&mut wall.place], by));
+    "", 0, "place of wall 0", Radius, "model.walls", |given, by| shift(given, 0, by);
+    "", 1, "place of wall 1", Radius, "model.walls", |given, by| shift(given, 1, by);
+    "", 2, "place of wall 2", Radius, "model.walls", |given, by| shift(given, 2, by);
+    "", -1, "place of wall 3", Radius, "model.walls", |given, by| shift(given, 3, by);
+    "", -2, "place of wall 4", Radius, "model.walls", |given, by| shift(given, 4, by);
     // The dashpots along the tangent of Hertz's springs; those of linear ones have c_n.
-    Row {
-        fault: "tangential-dashpot",
-        ..constant(
-            -3,
-            "c_s",
-            "law.contact.tangential_viscosity, and the damping ratio along the tangent",
-            |given, by| {
-                let has_its_own = given.constants.law.contact.springs == Springs::HertzMindlin;
-                if has_its_own && given.constants.law.has_friction() {
-                    given.constants.damping_ratios[1] *= 1.0 + by;
-                }
-            },
-        )
-    },
-    Row {
-        fault: "rolling-stiffness",
-        ..constant(
-            -4,
-            "bending stiffness",
-            "law.contact.rolling.bending_stiffness",
-            |given, by| {
-                roll(given, |rolling| {
-                    let bending = rolling.bending_stiffness.iter_mut();
-                    bending.for_each(|bending| *bending *= 1.0 + by);
-                });
-            },
-        )
-    },
-    Row {
-        fault: "twisting-stiffness",
-        ..constant(
-            -5,
-            "twisting stiffness",
-            "law.contact.rolling.twisting_stiffness",
-            |given, by| roll(given, |rolling| rolling.twisting_stiffness *= 1.0 + by),
-        )
-    },
-    Row {
-        fault: "rolling-limit",
-        ..constant(
-            -6,
-            "η",
-            "law.contact.rolling.limit: the largest moment |N| η (R1 + R2)/2",
-            |given, by| {
-                roll(given, |rolling| {
-                    let limit = rolling.limit.iter_mut();
-                    limit.for_each(|limit| *limit *= 1.0 + by);
-                });
-            },
-        )
-    },
-    Row {
-        fault: "adhesion",
-        ..constant(-7, "γ", "law.contact.adhesion", |given, by| {
-            let adhesion = given.constants.law.contact.adhesion.iter_mut();
-            adhesion.for_each(|energy| *energy *= 1.0 + by);
-        })
-    },
-    Row {
-        fault: "material",
-        ..constant(
-            -8,
-            "E of material 1",
-            "law.materials, of which the first is material 1",
-            |given, by| {
-                let first = given.constants.law.materials.first_mut();
-                first
-                    .into_iter()
-                    .for_each(|solid| solid.modulus *= 1.0 + by);
-            },
-        )
-    },
-    constant(
-        -9,
-        "velocity of obstacles",
-        "model.obstacles[].velocity",
-        |given, by| {
-            let obstacles = given.constants.obstacles.iter_mut();
-            obstacles.for_each(|obstacle| obstacle.velocity = times(1.0 + by, obstacle.velocity));
-        },
-    ),
-    constant(
-        -10,
-        "spin of obstacles",
-        "model.obstacles[].spin, rad/s about fixed axes",
-        |given, by| {
-            let obstacles = given.constants.obstacles.iter_mut();
-            obstacles.for_each(|obstacle| obstacle.spin = times(1.0 + by, obstacle.spin));
-        },
-    ),
-    constant(
-        3,
-        "velocity of the punch",
-        "punch.velocity, and when the punch moves: before the forces",
-        |given, by| {
-            given
-                .punch
-                .iter_mut()
-                .for_each(|punch| punch.velocity *= 1.0 + by)
-        },
-    ),
-];
+    "tangential-dashpot", -3, "c_s", Factor, "law.contact.tangential_viscosity, and the damping ratio along the tangent", |given, by| {
+        let has_its_own = given.constants.law.contact.springs == Springs::HertzMindlin;
+        if has_its_own && given.constants.law.has_friction() {
+            all([&mut given.constants.damping_ratios[1]], by);
+        }
+    };
+    "rolling-stiffness", -4, "bending stiffness", Factor, "law.contact.rolling.bending_stiffness",
+        |given, by| all(rolling(given).flat_map(|rolling| &mut rolling.bending_stiffness), by);
+    "twisting-stiffness", -5, "twisting stiffness", Factor, "law.contact.rolling.twisting_stiffness",
+        |given, by| all(rolling(given).map(|rolling| &mut rolling.twisting_stiffness), by);
+    "rolling-limit", -6, "η", Factor, "law.contact.rolling.limit: the largest moment |N| η (R1 + R2)/2",
+        |given, by| all(rolling(given).flat_map(|rolling| &mut rolling.limit), by);
+    "adhesion", -7, "γ", Factor, "law.contact.adhesion", |given, by| all(&mut given.constants.law.contact.adhesion, by);
+    "material", -8, "E of material 1", Factor, "law.materials, of which the first is material 1",
+        |given, by| all(given.constants.law.materials.first_mut().map(|solid| &mut solid.modulus), by);
+    "", -9, "velocity of obstacles", Factor, "model.obstacles[].velocity",
+        |given, by| all(given.constants.obstacles.iter_mut().flat_map(|obstacle| &mut obstacle.velocity), by);
+    "", -10, "spin of obstacles", Factor, "model.obstacles[].spin, rad/s about fixed axes",
+        |given, by| all(given.constants.obstacles.iter_mut().flat_map(|obstacle| &mut obstacle.spin), by);
+    "", 3, "velocity of the punch", Factor, "punch.velocity, and when the punch moves: before the forces",
+        |given, by| all(given.punch.iter_mut().map(|punch| &mut punch.velocity), by);
+};
 
-fn all(column: &mut [f64], by: f64) {
-    column.iter_mut().for_each(|value| *value *= 1.0 + by);
-}
-
-fn first(column: &mut [f64], by: f64) {
-    column
-        .iter_mut()
-        .take(1)
-        .for_each(|value| *value *= 1.0 + by);
+/// Makes each of these larger by a share.
+fn all<'a>(values: impl IntoIterator<Item = &'a mut f64>, by: f64) {
+    values.into_iter().for_each(|value| *value *= 1.0 + by);
 }
 
 fn stiffen(given: &mut Given, body: Body, by: f64) {
-    given.constants.normal_factors[body as usize] *= 1.0 + by;
+    all([&mut given.constants.normal_factors[body as usize]], by);
 }
 
-fn angles(given: &mut Given, change: impl Fn(f64) -> f64) {
+fn angles(given: &mut Given) -> impl Iterator<Item = &mut f64> {
     let law = &mut given.constants.law;
     let aside = [&mut law.wall_friction_angle, &mut law.punch_friction_angle];
-    let angles = aside.into_iter().flatten();
-    let angles = angles.chain([&mut law.friction_angle]);
-    let further = law
-        .materials
-        .iter_mut()
-        .map(|solid| &mut solid.friction_angle);
-    angles
-        .chain(further)
-        .for_each(|angle| *angle = change(*angle));
+    let of_bodies = aside.into_iter().flatten().chain([&mut law.friction_angle]);
+    let of_materials = law.materials.iter_mut();
+    of_bodies.chain(of_materials.map(|solid| &mut solid.friction_angle))
 }
 
-fn roll(given: &mut Given, change: impl FnOnce(&mut Rolling)) {
-    if let Some(rolling) = &mut given.constants.law.contact.rolling {
-        change(rolling);
-    }
+fn rolling(given: &mut Given) -> impl Iterator<Item = &mut Rolling> {
+    given.constants.law.contact.rolling.iter_mut()
 }
 
 fn pull(given: &mut Given, axis: Axis, by: f64) {
