@@ -6,136 +6,153 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::constant::Constant;
-use crate::model::Model;
+use crate::model::{Law, Model};
 use crate::native::first_contact_punch;
 use crate::reference::Reference;
 use crate::rules::Choice;
-use crate::scene::{Viscosity, paper_scene};
-use crate::tables::{Bodies, Body, Snapshot};
+use crate::scene::{Scene, Springs, Viscosity, paper_scene};
+use crate::tables::{Bodies, Body, Punch, Snapshot};
 use crate::task::Case;
 
-/// A key of a job that an engine may leave unread: it computes with the paper's value then, whatever it is told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Key {
-    Gravity,
-    Damping,
-    TimeStep,
-    Modulus,
-    StiffnessRatio,
-    Friction,
-    WallFriction,
-    PunchFriction,
-    Dashpots,
-    PunchSpeed,
-    PunchSize,
-    Mass,
-    Inertia,
+/// An enum each of whose variants has a row of what is told of it.
+#[macro_export]
+macro_rules! with_rows {
+    ($(#[$about:meta])* $name:ident: $row:ty { $($variant:ident $cells:expr;)+ }) => {
+        $(#[$about])*
+        pub enum $name {
+            $($variant,)+
+        }
+
+        impl $name {
+            /// All of them, in this order.
+            pub const ALL: [$name; [$(stringify!($variant)),+].len()] = [$($name::$variant),+];
+
+            fn row(self) -> &'static $row {
+                static ROWS: &[$row] = &[$($cells),+];
+                &ROWS[self as usize]
+            }
+        }
+    };
 }
 
 /// The friction angle of an engine that reads none, rad.
 const USUAL_FRICTION: f64 = 0.5;
 
-impl Key {
-    /// All of them, with where they stand in a job.
-    pub const NAMES: [(Key, &str); 13] = [
-        (Key::Gravity, "model.gravity"),
-        (Key::Damping, "model.alpha"),
-        (Key::TimeStep, "model.dt"),
-        (Key::Modulus, "law.modulus"),
-        (Key::StiffnessRatio, "law.stiffness_ratio"),
-        (Key::Friction, "law.friction_angle"),
-        (Key::WallFriction, "law.wall_friction_angle"),
-        (Key::PunchFriction, "law.punch_friction_angle"),
-        (Key::Dashpots, "law.contact.viscosity"),
-        (Key::PunchSpeed, "punch.velocity"),
-        (Key::PunchSize, "punch.half_extents"),
-        (Key::Mass, "mass in initial.csv"),
-        (Key::Inertia, "inertia in initial.csv"),
-    ];
+/// The paper's values.
+struct Usual {
+    scene: Scene,
+    model: Model,
+    punch: Punch,
+}
 
+with_rows! {
+    /// A key of a job that an engine may leave unread: it computes with the paper's value then, whatever it is told. With where it
+    /// stands in a job, and what is seen without it.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    Key: (&'static str, fn(&mut Case, &Usual)) {
+        Gravity ("model.gravity", |seen, usual| seen.model.gravity = usual.model.gravity);
+        Damping ("model.alpha", |seen, usual| seen.model.alpha = usual.model.alpha);
+        TimeStep ("model.dt", |seen, usual| seen.model.dt = usual.model.dt);
+        Modulus ("law.modulus", |seen, usual| seen.model.law.modulus = usual.model.law.modulus);
+        StiffnessRatio ("law.stiffness_ratio", |seen, usual| seen.model.law.stiffness_ratio = usual.model.law.stiffness_ratio);
+        Friction ("law.friction_angle", |seen, _| seen.model.law.friction_angle = USUAL_FRICTION);
+        WallFriction ("law.wall_friction_angle", |seen, _| seen.model.law.wall_friction_angle = None);
+        PunchFriction ("law.punch_friction_angle", |seen, _| seen.model.law.punch_friction_angle = None);
+        Dashpots ("law.contact.viscosity", |seen, _| seen.model.law.contact.viscosity = Viscosity::None);
+        PunchSpeed ("punch.velocity", |seen, usual| seen.punch.iter_mut().for_each(|punch| punch.velocity = usual.punch.velocity));
+        PunchSize ("punch.half_extents", |seen, usual| seen.punch.iter_mut().for_each(|punch| punch.half_extents = usual.punch.half_extents));
+        Mass ("mass in initial.csv", |Case { bodies, .. }, usual| {
+            let grains = bodies.mass.iter_mut().zip(&bodies.radius);
+            grains.for_each(|(mass, radius)| *mass = usual.scene.grain_mass(*radius));
+        });
+        Inertia ("inertia in initial.csv", |Case { bodies, .. }, usual| {
+            let grains = bodies.inertia.iter_mut().zip(&bodies.radius).zip(&bodies.mass);
+            grains.for_each(|((inertia, radius), mass)| *inertia = usual.scene.grain_inertia(*radius, *mass));
+        });
+    }
+}
+
+impl Key {
     /// Where it stands in a job.
     pub fn name(self) -> &'static str {
-        Key::NAMES[self as usize].1
+        self.row().0
     }
 
     /// The case as an engine sees it that does not read this key; none where it sees no other.
     pub fn unread(self, case: &Case) -> Option<Case> {
-        let usual = &paper_scene(1, 1);
-        let (usual_model, usual_punch) = (
-            Model::of(usual),
-            first_contact_punch(usual, &Bodies::default()),
-        );
+        let scene = paper_scene(1, 1);
+        let usual = Usual {
+            model: Model::of(&scene),
+            punch: first_contact_punch(&scene, &Bodies::default()),
+            scene,
+        };
         let mut seen = case.clone();
-        let (model, bodies) = (&mut seen.model, &mut seen.bodies);
-        match self {
-            Key::Gravity => model.gravity = usual_model.gravity,
-            Key::Damping => model.alpha = usual_model.alpha,
-            Key::TimeStep => model.dt = usual_model.dt,
-            Key::Modulus => model.law.modulus = usual_model.law.modulus,
-            Key::StiffnessRatio => model.law.stiffness_ratio = usual_model.law.stiffness_ratio,
-            Key::Friction => model.law.friction_angle = USUAL_FRICTION,
-            Key::WallFriction => model.law.wall_friction_angle = None,
-            Key::PunchFriction => model.law.punch_friction_angle = None,
-            Key::Dashpots => model.law.contact.viscosity = Viscosity::None,
-            Key::PunchSpeed => {
-                let punch = seen.punch.as_mut()?;
-                punch.velocity = usual_punch.velocity;
-            }
-            Key::PunchSize => {
-                let punch = seen.punch.as_mut()?;
-                punch.half_extents = usual_punch.half_extents;
-            }
-            Key::Mass => {
-                let grains = bodies.mass.iter_mut().zip(&bodies.radius);
-                grains.for_each(|(mass, radius)| *mass = usual.grain_mass(*radius));
-            }
-            Key::Inertia => {
-                let grains = bodies
-                    .inertia
-                    .iter_mut()
-                    .zip(&bodies.radius)
-                    .zip(&bodies.mass);
-                grains.for_each(|((inertia, radius), mass)| {
-                    *inertia = usual.grain_inertia(*radius, *mass);
-                });
-            }
-        }
+        (self.row().1)(&mut seen, &usual);
         // Friction where there was none would be another law.
         let same_terms = seen.model.law.has_friction() == case.model.law.has_friction();
         (seen != *case && same_terms).then_some(seen)
     }
 }
 
-/// What a contact's formulas take of both its bodies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Input {
-    /// The radii of which springs are made, and that along the tangent alone.
-    StiffnessRadii,
-    TangentialRadii,
-    /// The materials of which the spring along the normal, or along the tangent, is made.
-    NormalMaterials,
-    TangentialMaterials,
-    /// The masses of which the effective mass is made.
-    Masses,
-    /// The friction angles of two materials.
-    FrictionAngles,
-    /// The radii in the limit of the moment against rolling.
-    RollingRadii,
-    /// The radii in slips and torques.
-    SlipRadii,
-    TorqueArms,
-    /// One number of the materials, in one spring.
-    NormalModuli,
-    NormalPoissons,
-    TangentialModuli,
-    TangentialPoissons,
-    /// The radii in the pull of adhesion.
-    AdhesionRadii,
-    /// The masses in the dashpot along the normal, or along the tangent.
-    NormalMasses,
-    TangentialMasses,
+/// In what bodies differ where it makes a difference whose number is taken.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Differ {
+    /// Masses go with them.
+    Radii,
+    Materials,
+}
+
+with_rows! {
+    /// What a contact's formulas take of both its bodies, in what these differ, and in which laws. In words it is one body's.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    Input: (&'static str, Differ, fn(&Law) -> bool) {
+        StiffnessRadii ("radius in the springs", Differ::Radii, |_| true);
+        TangentialRadii ("radius in the spring along the tangent", Differ::Radii, Law::has_friction);
+        NormalMaterials ("material in the spring along the normal", Differ::Materials, |_| true);
+        TangentialMaterials ("material in the spring along the tangent", Differ::Materials, Law::has_friction);
+        Masses ("mass in the dashpots", Differ::Radii, has_masses);
+        FrictionAngles ("friction angle", Differ::Materials, Law::has_friction);
+        RollingRadii ("radius in the limit of the moment against rolling", Differ::Radii,
+            |law| law.contact.rolling.is_some_and(|rolling| rolling.limit.is_some()));
+        SlipRadii ("radius in the slip", Differ::Radii, Law::rotates);
+        TorqueArms ("radius in the torque", Differ::Radii, Law::rotates);
+        NormalModuli ("modulus E in the spring along the normal", Differ::Materials, is_hertz);
+        NormalPoissons ("Poisson's ratio ν in the spring along the normal", Differ::Materials, is_hertz);
+        TangentialModuli ("modulus E in the spring along the tangent", Differ::Materials, |law| is_hertz(law) && law.has_friction());
+        TangentialPoissons ("Poisson's ratio ν in the spring along the tangent", Differ::Materials, |law| is_hertz(law) && law.has_friction());
+        AdhesionRadii ("radius in the pull of adhesion", Differ::Radii, |law| law.contact.adhesion.is_some());
+        NormalMasses ("mass in the dashpot along the normal", Differ::Radii, |law| is_hertz(law) && has_masses(law));
+        TangentialMasses ("mass in the dashpot along the tangent", Differ::Radii,
+            |law| is_hertz(law) && has_masses(law) && law.has_friction());
+    }
+}
+
+impl Input {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        self.row().0
+    }
+
+    pub fn is_of_materials(self) -> bool {
+        self.row().1 == Differ::Materials
+    }
+
+    /// Whether formulas of this law have it.
+    pub fn is_in(self, law: &Law) -> bool {
+        (self.row().2)(law)
+    }
+}
+
+fn is_hertz(law: &Law) -> bool {
+    law.contact.springs == Springs::HertzMindlin
+}
+
+/// Whether dashpots are made of masses.
+fn has_masses(law: &Law) -> bool {
+    use Viscosity::{Ratio, Restitution};
+    matches!(law.contact.viscosity, Restitution { .. } | Ratio { .. })
 }
 
 /// Where another input is taken.

@@ -279,7 +279,7 @@ pub(crate) fn sliding(case: &Case, run: &[Snapshot]) -> BTreeSet<u32> {
 
 /// Every key with the forms of which an engine that does not read it, or takes the other choice, has one.
 fn keys() -> impl Iterator<Item = (&'static str, Vec<Form>)> {
-    let unread = Key::NAMES.map(|(key, name)| (name, vec![Form::Unread(key)]));
+    let unread = Key::ALL.map(|key| (key.name(), vec![Form::Unread(key)]));
     let rule = |key: &str, either: [&str; 2]| {
         let both = either.map(|alternative| Choice::of(key, alternative));
         both.into_iter()

@@ -14,7 +14,7 @@ const FIRST_KICKS: [f64; 2] = [1.5, 0.0];
 /// [`lost_contacts`](crate::constants::Search::lost_contacts).
 pub fn candidates(case: &Case) -> Vec<Form> {
     let law = &case.model.law;
-    let keys = Key::NAMES.into_iter().map(|(key, _)| key);
+    let keys = Key::ALL.into_iter();
     let unread = keys.filter(|key| key.unread(case).is_some());
     let mut forms: Vec<Form> = unread.map(Form::Unread).collect();
     forms.extend(other_rules(case).map(Form::Rule));
@@ -98,42 +98,15 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
     });
     let radii = plays_a_part(case, Needs::Radii);
     let materials = !law.materials.is_empty();
-    let (turns, rubs) = (law.rotates(), law.has_friction());
     let is_hertz = law.contact.springs == Springs::HertzMindlin;
-    let by_mass = matches!(
-        law.contact.viscosity,
-        Viscosity::Restitution { .. } | Viscosity::Ratio { .. }
-    );
-    let limited = law
-        .contact
-        .rolling
-        .is_some_and(|rolling| rolling.limit.is_some());
-    let is_used = move |input: Input| match input {
-        Input::StiffnessRadii => radii,
-        Input::TangentialRadii => radii && rubs,
-        Input::NormalMaterials => materials,
-        Input::TangentialMaterials | Input::FrictionAngles => materials && rubs,
-        Input::Masses => radii && by_mass,
-        Input::RollingRadii => radii && limited,
-        Input::SlipRadii | Input::TorqueArms => radii && turns,
-        Input::NormalModuli | Input::NormalPoissons => materials && is_hertz,
-        Input::TangentialModuli | Input::TangentialPoissons => materials && is_hertz && rubs,
-        Input::AdhesionRadii => radii && law.contact.adhesion.is_some(),
-        Input::NormalMasses => radii && by_mass && is_hertz,
-        Input::TangentialMasses => radii && by_mass && is_hertz && rubs,
+    let differ = move |input: &Input| match input.is_of_materials() {
+        true => materials,
+        false => radii,
     };
-    let taken = INPUTS.into_iter().filter(move |(input, _)| is_used(*input));
-    let taken = taken.flat_map(move |(input, _)| {
-        let of_material = [
-            Input::NormalMaterials,
-            Input::TangentialMaterials,
-            Input::FrictionAngles,
-            Input::NormalModuli,
-            Input::NormalPoissons,
-            Input::TangentialModuli,
-            Input::TangentialPoissons,
-        ];
-        let places: &[Alone] = match of_material.contains(&input) {
+    let taken = Input::ALL.into_iter();
+    let taken = taken.filter(move |input| differ(input) && input.is_in(law));
+    let taken = taken.flat_map(move |input| {
+        let places: &[Alone] = match input.is_of_materials() {
             true => &[Alone::Everywhere, Alone::BetweenGrains, Alone::AtObstacles],
             false => &[Alone::Everywhere],
         };
@@ -159,60 +132,13 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
             Form::TakenFor(Input::FrictionAngles, Whose::Smaller, _)
             | Form::TakenFor(Input::RollingRadii, Whose::Mean, _) => false,
             Form::TakenFor(_, Whose::Mean | Whose::GeometricMean, _) => {
-                !of_material[..2].contains(&input)
+                ![Input::NormalMaterials, Input::TangentialMaterials].contains(&input)
             }
             _ => true,
         })
     });
     friction.chain(taken)
 }
-
-/// In words.
-const INPUTS: [(Input, &str); 16] = [
-    (Input::StiffnessRadii, "radius in the springs"),
-    (
-        Input::TangentialRadii,
-        "radius in the spring along the tangent",
-    ),
-    (
-        Input::NormalMaterials,
-        "material in the spring along the normal",
-    ),
-    (
-        Input::TangentialMaterials,
-        "material in the spring along the tangent",
-    ),
-    (Input::Masses, "mass in the dashpots"),
-    (Input::FrictionAngles, "friction angle"),
-    (
-        Input::RollingRadii,
-        "radius in the limit of the moment against rolling",
-    ),
-    (Input::SlipRadii, "radius in the slip"),
-    (Input::TorqueArms, "radius in the torque"),
-    (
-        Input::NormalModuli,
-        "modulus E in the spring along the normal",
-    ),
-    (
-        Input::NormalPoissons,
-        "Poisson's ratio ν in the spring along the normal",
-    ),
-    (
-        Input::TangentialModuli,
-        "modulus E in the spring along the tangent",
-    ),
-    (
-        Input::TangentialPoissons,
-        "Poisson's ratio ν in the spring along the tangent",
-    ),
-    (Input::AdhesionRadii, "radius in the pull of adhesion"),
-    (Input::NormalMasses, "mass in the dashpot along the normal"),
-    (
-        Input::TangentialMasses,
-        "mass in the dashpot along the tangent",
-    ),
-];
 
 /// Whether the model of this case has what a rule is about.
 pub fn plays_a_part(case: &Case, needs: Needs) -> bool {
@@ -323,7 +249,7 @@ pub fn in_words(form: Form) -> String {
                 Alone::BetweenGrains => "grains",
                 Alone::AtObstacles => "bodies at walls, punch and obstacles",
             };
-            format!("the {} is {whose} for both {place}", INPUTS[input as usize].1)
+            format!("the {} is {whose} for both {place}", input.name())
         }
         Form::FrictionOf([at, whose]) => {
             let names = [at, whose].map(|body| ["between grains", "at walls", "at the punch"][body as usize]);

@@ -326,10 +326,8 @@ pub fn unread(asked: &[&Quantity], engine: &Description, under: Variant) -> Vec<
             note(one.to_owned(), *kind);
         }
     }
-    let of_job = Key::NAMES
-        .into_iter()
-        .filter(|(_, name)| !name.starts_with("law."));
-    for (key, name) in of_job {
+    let keys = Key::ALL.into_iter();
+    for key in keys.filter(|key| !key.name().starts_with("law.")) {
         // In space one grain is asked for by one law alone.
         for kind in kinds.iter().filter(|kind| **kind != Kind::Hertz) {
             let all = if kind.in_space() {
@@ -338,7 +336,7 @@ pub fn unread(asked: &[&Quantity], engine: &Description, under: Variant) -> Vec<
                 &Kind::ALL[..1]
             };
             if !asked.is_read(all, |case| key.unread(case).into_iter().collect()) {
-                note(name.to_owned(), *kind);
+                note(key.name().to_owned(), *kind);
             }
         }
     }
