@@ -347,6 +347,18 @@ impl Choice {
     pub fn name(self) -> String {
         format!("{} = {}", self.rule().key, self.alternative().key)
     }
+
+    /// What is computed, and what usually is.
+    pub fn in_words(self) -> String {
+        let (rule, alternative) = (self.rule(), self.alternative());
+        let usual = &rule.alternatives[0];
+        let instead = match usual == alternative {
+            true => String::new(),
+            false => format!(" instead of {}", usual.formula),
+        };
+        let (subject, formula) = (rule.subject(), alternative.formula);
+        format!("{subject}: {formula}{instead} ({})", self.name())
+    }
 }
 
 impl Rules {

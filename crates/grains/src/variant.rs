@@ -155,40 +155,33 @@ fn has_masses(law: &Law) -> bool {
     matches!(law.contact.viscosity, Restitution { .. } | Ratio { .. })
 }
 
-/// Where another input is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Alone {
-    Everywhere,
-    BetweenGrains,
-    AtObstacles,
+with_rows! {
+    /// Where another input is taken.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    Alone: &'static str {
+        Everywhere "bodies";
+        BetweenGrains "grains";
+        AtObstacles "bodies at walls, punch and obstacles";
+    }
 }
 
-/// Whose value an engine takes for both bodies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Whose {
-    First,
-    Second,
-    Smaller,
-    Larger,
-    Mean,
-    GeometricMean,
-    /// Each has that of the other.
-    Other,
+with_rows! {
+    /// Whose value an engine takes for both bodies.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    Whose: &'static str {
+        First "the first one's";
+        Second "the second one's";
+        Smaller "the smaller one";
+        Larger "the larger one";
+        Mean "the mean";
+        GeometricMean "the geometric mean";
+        Other "the other one's";
+    }
 }
 
 impl Whose {
-    pub const ALL: [Whose; 7] = [
-        Whose::First,
-        Whose::Second,
-        Whose::Smaller,
-        Whose::Larger,
-        Whose::Mean,
-        Whose::GeometricMean,
-        Whose::Other,
-    ];
-
     /// The value that is taken for both; of materials the one with the smaller or larger modulus, and the first where it is the mean.
     pub fn both<T: Copy>(self, [one, two]: [T; 2], number: impl Fn(T) -> f64) -> [T; 2] {
         let is_less = number(one) < number(two);
@@ -212,82 +205,122 @@ impl Whose {
     }
 }
 
-/// Another form of a term.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// The first kick is this share of a whole one.
-    FirstKick(f64),
-    /// A bed of more radii than this has so many classes of equal widths, and stiffnesses are those of the classes' middle radii,
-    /// but for the punch's.
-    ClassesOfRadius(u32),
-    /// The wall with this index is not there.
-    WallMissing(usize),
-    /// Grains beside the punch's faces do not touch its corners.
-    CornersMissing,
-    /// The punch moves after the forces are evaluated.
-    PunchLate,
-    /// Pairs of grains nearer than this, m, do not touch.
-    LostNear(f64),
-    /// Pairs of grains farther than this, m, do not touch.
-    LostFar(f64),
-    /// A contact is found one step after it began.
-    FoundLate,
-    /// Contacts that begin are not found, for as long as is looked at.
-    NotFound,
-    /// Normals are those of the step before.
-    OldNormals,
-    /// Forces are those of the positions before the step.
-    OldPositions,
-    /// Only one grain of a pair feels the force: the first or the second.
-    OneSided(usize),
-    /// The tangential spring forgets its force in each step.
-    HistoryReset,
-    /// The tangential force turns against the normal.
-    HistoryTurnedBack,
-    /// The tangential force is not limited.
-    NoCoulombLimit,
-    /// Each component of the tangential force is limited by itself.
-    CoulombByComponent,
-    /// A dashpot that is made from a restitution has the mean of two masses in the place of the effective mass.
-    DashpotOfMeanMass,
-    /// The torque on the second body has the other sign.
-    TorqueSign,
-    /// Spins do not change.
-    SpinsKept,
-    /// The slip is that of the centres, whatever the spins.
-    SlipOfCentres,
-    /// Walls and punch do not turn grains.
-    NoTorqueOfFlatBodies,
-    /// Both bodies of a contact are taken to have this of one of them; at walls, punch and obstacles alone, or between grains too.
-    TakenFor(Input, Whose, Alone),
-    /// The friction at the first of these is that at the second.
-    FrictionOf([Body; 2]),
-    /// What touches an obstacle does not feel that it turns, or that it moves.
-    ObstacleSpinUnfelt,
-    ObstacleVelocityUnfelt,
-    /// An obstacle turns about axes that turn with it.
-    ObstacleTurnsAboutOwnAxes,
-    /// The moment against rolling does not turn with the normal.
-    MomentNotTurned,
-    /// The moment against twisting has the limit of that against rolling.
-    TwistingLimited,
-    /// A spring that is cut keeps its force of the step before.
-    SlidingKeepsOld,
-    /// A dashpot along the normal acts while bodies approach alone.
-    DashpotWhileApproaching,
-    /// The sign in the local damping of spins is that of the spin before the step.
-    SpinsDampedByOld,
-    /// In the local damping of spins it is that of the power of all components together, or of the velocity along the same axis.
-    SpinsDampedTogether,
-    SpinsDampedAsVelocities,
-    /// Local damping of spins is α|ω̇| against the spin.
-    SpinsDampedAlong,
-    /// A key of the job is not read.
-    Unread(Key),
-    /// Another convention.
-    #[serde(skip)]
-    Rule(Choice),
+macro_rules! forms {
+    (
+        in any case { $($early:ident $early_words:literal;)+ }
+        in some { $($late:ident $late_words:literal, $plays:expr;)+ }
+        with numbers { $($(#[$about:meta])* $other:ident($($number:ident: $type:ty),+) $words:expr;)+ }
+    ) => {
+        /// Another form of a term.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Form {
+            $(#[doc = $early_words] $early,)+
+            $(#[doc = $late_words] $late,)+
+            $($(#[$about])* $other($($type),+),)+
+        }
+
+        impl Form {
+            /// Those without numbers that make a difference in any case.
+            pub const OF_ANY_CASE: &[Form] = &[$(Form::$early),+];
+
+            /// Those without numbers that make a difference in this case, and not in any.
+            pub fn of_case(case: &Case) -> impl Iterator<Item = Form> {
+                let all: &[(Form, fn(&Case) -> bool)] = &[$((Form::$late, $plays)),+];
+                all.iter().filter(|(_, plays)| plays(case)).map(|(form, _)| *form)
+            }
+
+            /// What an engine with this form does, and what is right.
+            pub fn in_words(self) -> String {
+                match self {
+                    $(Form::$early => $early_words.into(),)+
+                    $(Form::$late => $late_words.into(),)+
+                    $(Form::$other($($number),+) => $words,)+
+                }
+            }
+        }
+    };
+}
+
+// One of several forms that explain the same is told by this order.
+forms! {
+    in any case {
+        FoundLate "contacts are found a step after they begin";
+        NotFound "contacts that begin are not found for some steps: the search is made too seldom for its skin";
+        OldNormals "normals are those of the step before";
+        OldPositions "forces are those of the positions before the step";
+    }
+    in some {
+        CornersMissing "the punch's corners are not there: a corner acts as a point", |case| case.punch.is_some();
+        PunchLate "the punch moves after the forces: it is to move before them, as grains do", |case| case.punch.is_some();
+        HistoryReset "the tangential force is forgotten in each step", rubs;
+        HistoryTurnedBack "the tangential force turns against the normal, and is to turn with it", rubs;
+        NoCoulombLimit "the tangential force is not limited by |N| tan φ", rubs;
+        CoulombByComponent "each component of the tangential force is limited by itself: its size is to be limited", rubs;
+        TorqueSign "the torque on the second body of a pair has the wrong sign", turns;
+        SpinsKept "spins do not change", turns;
+        SlipOfCentres "the slip leaves the spins out", turns;
+        NoTorqueOfFlatBodies "walls and punch do not turn grains", turns;
+        DashpotOfMeanMass "c_n is made from the mean of two masses: the effective mass is m1·m2/(m1 + m2)",
+            |case| matches!(case.model.law.contact.viscosity, Viscosity::Restitution { .. });
+        DashpotWhileApproaching "the dashpot along the normal acts while bodies approach alone", |case| case.model.law.has_dashpots();
+        SlidingKeepsOld "a spring that is cut to Coulomb's limit keeps its force of the step before: it is to keep what was cut", rubs;
+        SpinsDampedByOld "local damping of spins takes the sign of the spin before the step, and is to take that of its middle", damps_spins;
+        // In the plane a spin has one component, along which nothing moves.
+        SpinsDampedTogether "local damping of spins takes the sign of the power of all components together, and is to take that of each",
+            |case| damps_spins(case) && case.bodies.in_space();
+        SpinsDampedAsVelocities "local damping of spins takes the sign of the power of the velocity along the same axis, and is to take that of the spin",
+            |case| damps_spins(case) && case.bodies.in_space();
+        SpinsDampedAlong "local damping of spins is α|ω̇| against the spin: each component is to be damped by itself",
+            |case| damps_spins(case) && case.bodies.in_space();
+        MomentNotTurned "the moment against rolling does not turn with the normal",
+            |case| case.model.law.contact.rolling.is_some_and(|rolling| !rolling.is_constant());
+        TwistingLimited "the moment against twisting has the limit of that against rolling, and is to have none",
+            |case| case.model.law.contact.rolling.is_some_and(|rolling| rolling.limit.is_some());
+        ObstacleSpinUnfelt "what touches an obstacle does not feel that it turns: its velocity is v + ω × r", obstacles_move;
+        ObstacleVelocityUnfelt "what touches an obstacle does not feel that it moves", obstacles_move;
+        ObstacleTurnsAboutOwnAxes "an obstacle turns about axes that turn with it: its spin is in fixed ones", obstacles_move;
+    }
+    with numbers {
+        FirstKick(share: f64) format!("the first kick is {share} of one, and is to be a whole one");
+        /// A bed of more radii than this has so many classes of equal widths, and stiffnesses are those of the classes' middle radii,
+        /// but for the punch's.
+        ClassesOfRadius(most: u32)
+            format!("the stiffness of a pair is that of the middle radii of at most {most} classes: k_n = 2·E·R1·R2/(R1 + R2)");
+        WallMissing(index: usize) format!("wall {index} of model.walls is not there");
+        LostNear(length: f64) format!("contacts of grains nearer than {length:.6} m are lost");
+        LostFar(length: f64) format!("contacts of grains farther apart than {length:.6} m are lost");
+        OneSided(side: usize) format!("of a pair only the {} grain feels the force", if side == 0 { "first" } else { "second" });
+        /// Whose input is taken for both bodies of a contact; at walls, punch and obstacles alone, or between grains too.
+        TakenFor(input: Input, whose: Whose, alone: Alone)
+            format!("the {} is {} for both {}", input.name(), whose.row(), alone.row());
+        /// The friction at the first of these is that at the second.
+        FrictionOf(both: [Body; 2]) {
+            let [at, whose] = both.map(|body| ["between grains", "at walls", "at the punch"][body as usize]);
+            format!("friction {at} is that {whose}")
+        };
+        Unread(key: Key) format!("{} is not read: the paper's value takes its place", key.name());
+        /// Another convention.
+        #[serde(skip)]
+        Rule(choice: Choice) choice.in_words();
+    }
+}
+
+fn rubs(case: &Case) -> bool {
+    case.model.law.has_friction()
+}
+
+fn turns(case: &Case) -> bool {
+    case.model.law.rotates()
+}
+
+fn damps_spins(case: &Case) -> bool {
+    turns(case) && case.model.alpha != 0.0
+}
+
+fn obstacles_move(case: &Case) -> bool {
+    let mut obstacles = case.model.obstacles.iter();
+    obstacles.any(|obstacle| obstacle.velocity != [0.0; 3] || obstacle.spin != [0.0; 3])
 }
 
 /// What an engine has otherwise than the model.

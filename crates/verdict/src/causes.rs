@@ -77,7 +77,7 @@ pub struct Cause {
 }
 
 fn in_words<S: serde::Serializer>(forms: &[Form], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(forms.iter().map(|form| forms::in_words(*form)))
+    to.collect_seq(forms.iter().map(|form| form.in_words()))
 }
 
 fn symbols<S: serde::Serializer>(constants: &[Constant], to: S) -> Result<S::Ok, S::Error> {
@@ -132,7 +132,7 @@ impl Cause {
                 look_at.push(place);
             }
         }
-        let forms = self.forms.iter().map(|form| forms::in_words(*form));
+        let forms = self.forms.iter().map(|form| form.in_words());
         let forms = forms.collect::<Vec<_>>().join(". And ");
         if !self.explained {
             return self.what_is_left(&forms);
@@ -152,7 +152,7 @@ impl Cause {
             );
         }
         for form in &self.also {
-            said = format!("{said}. Or: {}", forms::in_words(*form));
+            said = format!("{said}. Or: {}", form.in_words());
         }
         let tied: Vec<&str> = self.tied.iter().map(|constant| constant.symbol()).collect();
         if !tied.is_empty() {

@@ -17,7 +17,7 @@ use grains::rules::{Choice, Rules};
 use grains::scene::Viscosity;
 use grains::task::Case;
 use grains::variant::{Alone, Form, Variant, run};
-use verdict::forms::{candidates, in_words, other_rules};
+use verdict::forms::{candidates, other_rules};
 
 /// How near to a whole or half number a power must be to be told.
 const POWER: f64 = 0.02;
@@ -283,7 +283,7 @@ impl Otherwise {
             Otherwise::Exchanged(one, other) => {
                 format!("{} and {} exchanged", one.name(), other.alternative().key)
             }
-            Otherwise::Form(form) => format!("a law where {}", in_words(form)),
+            Otherwise::Form(form) => format!("a law where {}", form.in_words()),
             Otherwise::Formula(which) => FORMULAS[which].name(),
             Otherwise::Times(constant, factor, "") => {
                 format!("{} × {}", constant.name(), rounded(factor, 5))
