@@ -54,110 +54,37 @@ struct Row {
 
 /// What contacts are: some of these.
 type Marks = u16;
-const SLIDES_NOW: Marks = 1;
-const SLID: Marks = 2;
-const BEGINS: Marks = 4;
-const PARTS: Marks = 8;
-const AT_WALL: Marks = 16;
-const AT_PUNCH: Marks = 32;
-const BEYOND_LIMIT: Marks = 64;
-/// At a wall across x, z and y, as axes are numbered.
-const ACROSS: [Marks; 3] = [128, 256, 512];
 
-/// In words: of contacts that are so, of those that are not, of grains with such a contact and of grains without one. Moments play no part
-/// in forces.
-const MARKS: [(Marks, [&str; 4]); 10] = [
-    (
-        SLIDES_NOW,
-        [
-            "they slide",
-            "they stick",
-            "one of their contacts slides",
-            "none of their contacts slides",
-        ],
-    ),
-    (
-        SLID,
-        [
-            "they slid in one of these steps before",
-            "they slid in none of these steps before",
-            "one of their contacts slid in one of these steps before",
-            "none of their contacts slid in these steps before",
-        ],
-    ),
-    (
-        BEGINS,
-        [
-            "they have just begun",
-            "they touched before",
-            "one of their contacts has just begun",
-            "none of their contacts has just begun",
-        ],
-    ),
-    (
-        PARTS,
-        [
-            "their bodies part",
-            "their bodies approach",
-            "the bodies of one of their contacts part",
-            "the bodies of all of their contacts approach",
-        ],
-    ),
-    (
-        AT_WALL,
-        [
-            "they are at walls",
-            "they are not at walls",
-            "they touch a wall",
-            "they touch no wall",
-        ],
-    ),
-    (
-        AT_PUNCH,
-        [
-            "they are at the punch",
-            "they are not at the punch",
-            "they touch the punch",
-            "they do not touch the punch",
-        ],
-    ),
-    (
-        BEYOND_LIMIT,
-        [
-            "",
-            "",
-            "a moment against rolling at one of their contacts has been at its limit",
-            "no moment against rolling at their contacts has been at its limit",
-        ],
-    ),
-    (
-        ACROSS[0],
-        [
-            "they are at walls across x",
-            "they are not at walls across x",
-            "they touch a wall across x",
-            "they touch no wall across x",
-        ],
-    ),
-    (
-        ACROSS[2],
-        [
-            "they are at walls across y",
-            "they are not at walls across y",
-            "they touch a wall across y",
-            "they touch no wall across y",
-        ],
-    ),
-    (
-        ACROSS[1],
-        [
-            "they are at walls across z",
-            "they are not at walls across z",
-            "they touch a wall across z",
-            "they touch no wall across z",
-        ],
-    ),
-];
+macro_rules! marks {
+    ($($mark:ident = $bit:literal: $($words:literal),+;)+) => {
+        $(const $mark: Marks = $bit;)+
+        const MARKS: [(Marks, [&str; 4]); [$($bit),+].len()] = [$(($mark, [$($words),+])),+];
+    };
+}
+
+// In words: of contacts that are so, of those that are not, of grains with such a contact and of grains without one. Moments play no part
+// in forces.
+marks! {
+    SLIDES_NOW = 1: "they slide", "they stick", "one of their contacts slides", "none of their contacts slides";
+    SLID = 2: "they slid in one of these steps before", "they slid in none of these steps before",
+        "one of their contacts slid in one of these steps before", "none of their contacts slid in these steps before";
+    BEGINS = 4: "they have just begun", "they touched before",
+        "one of their contacts has just begun", "none of their contacts has just begun";
+    PARTS = 8: "their bodies part", "their bodies approach",
+        "the bodies of one of their contacts part", "the bodies of all of their contacts approach";
+    AT_WALL = 16: "they are at walls", "they are not at walls", "they touch a wall", "they touch no wall";
+    AT_PUNCH = 32: "they are at the punch", "they are not at the punch", "they touch the punch", "they do not touch the punch";
+    BEYOND_LIMIT = 64: "", "",
+        "a moment against rolling at one of their contacts has been at its limit", "no moment against rolling at their contacts has been at its limit";
+    ACROSS_X = 128: "they are at walls across x", "they are not at walls across x",
+        "they touch a wall across x", "they touch no wall across x";
+    ACROSS_Y = 512: "they are at walls across y", "they are not at walls across y",
+        "they touch a wall across y", "they touch no wall across y";
+    ACROSS_Z = 256: "they are at walls across z", "they are not at walls across z",
+        "they touch a wall across z", "they touch no wall across z";
+}
+/// At a wall across x, z and y, as axes are numbered.
+const ACROSS: [Marks; 3] = [ACROSS_X, ACROSS_Z, ACROSS_Y];
 
 #[derive(Clone, Copy, PartialEq)]
 enum Of {
@@ -165,45 +92,40 @@ enum Of {
     Grain(usize),
 }
 
-/// What is held against the model: first comes what others follow from.
-const QUANTITIES: [&str; 18] = [
-    "contact points",
-    "normal forces",
-    "normal forces that the dashpot would make pull",
-    "tangential forces of contacts that begin and stick",
-    "tangential forces of contacts that begin and slide",
-    "tangential forces at Coulomb's limit of contacts whose spring is below it",
-    "tangential forces of contacts that stick",
-    "tangential forces of contacts that slide",
-    "tangential forces of contacts that stick again",
-    "tangential forces of contacts that go on sliding",
-    "velocities",
-    "spins",
-    "places",
-    "forces on the punch",
-    "normal forces that are cut to nothing",
-    "tangential forces beyond Coulomb's limit that are not cut",
-    "spins of grains with a moment near the limit of rolling, beyond which none was before",
-    "spins of grains with a moment near the limit of rolling",
-];
-const POINTS: usize = 0;
-const NORMAL: usize = 1;
-const PULLED: usize = 2;
-const NEW_STICKS: usize = 3;
-const NEW_SLIDES: usize = 4;
-const CUT_EARLY: usize = 5;
-const STICKING: usize = 6;
-const SLIDING: usize = 7;
-const STICKING_AGAIN: usize = 8;
-const SLIDING_ON: usize = 9;
-const VELOCITIES: usize = 10;
-const SPINS: usize = 11;
-const PLACES: usize = 12;
-const PUNCH: usize = 13;
-const CUT_AWAY: usize = 14;
-const NOT_CUT: usize = 15;
-const SPINS_FIRST_NEAR_LIMIT: usize = 16;
-const SPINS_NEAR_LIMIT: usize = 17;
+macro_rules! quantities {
+    ($($name:ident $words:literal;)+) => {
+        const QUANTITIES: [&str; [$($words),+].len()] = [$($words),+];
+        quantities! { 0; $($name)+ }
+    };
+    // Each has the number of its row.
+    ($row:expr; $name:ident $($later:ident)*) => {
+        const $name: usize = $row;
+        quantities! { $row + 1; $($later)* }
+    };
+    ($rows:expr;) => {};
+}
+
+// What is held against the model: first comes what others follow from.
+quantities! {
+    POINTS "contact points";
+    NORMAL "normal forces";
+    PULLED "normal forces that the dashpot would make pull";
+    NEW_STICKS "tangential forces of contacts that begin and stick";
+    NEW_SLIDES "tangential forces of contacts that begin and slide";
+    CUT_EARLY "tangential forces at Coulomb's limit of contacts whose spring is below it";
+    STICKING "tangential forces of contacts that stick";
+    SLIDING "tangential forces of contacts that slide";
+    STICKING_AGAIN "tangential forces of contacts that stick again";
+    SLIDING_ON "tangential forces of contacts that go on sliding";
+    VELOCITIES "velocities";
+    SPINS "spins";
+    PLACES "places";
+    PUNCH "forces on the punch";
+    CUT_AWAY "normal forces that are cut to nothing";
+    NOT_CUT "tangential forces beyond Coulomb's limit that are not cut";
+    SPINS_FIRST_NEAR_LIMIT "spins of grains with a moment near the limit of rolling, beyond which none was before";
+    SPINS_NEAR_LIMIT "spins of grains with a moment near the limit of rolling";
+}
 
 use fit::explained;
 use residuals::Follower;
