@@ -17,10 +17,10 @@ use crate::task::Case;
 /// An enum each of whose variants has a row of what is told of it.
 #[macro_export]
 macro_rules! with_rows {
-    ($(#[$about:meta])* $name:ident: $row:ty { $($variant:ident $cells:expr;)+ }) => {
+    ($(#[$about:meta])* $name:ident: $row:ty { $($(#[$of_one:meta])* $variant:ident $cells:expr;)+ }) => {
         $(#[$about])*
         pub enum $name {
-            $($variant,)+
+            $($(#[$of_one])* $variant,)+
         }
 
         impl $name {

@@ -536,71 +536,34 @@ pub(crate) fn of_grains(
 
 /// What the laws of all states that are wrong have and those of no other: which part of the law it is.
 pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
+    macro_rules! rows {
+        ($($words:expr, $has:expr;)+) => { [$(($words, $has)),+] };
+    }
     type Has = fn(&Case, &Law) -> bool;
-    let either: [([&str; 2], Has); 8] = [
-        (["there is friction", "there is no friction"], |_, law| {
-            law.has_friction()
-        }),
-        (["there are dashpots", "there are no dashpots"], |_, law| {
-            law.has_dashpots()
-        }),
-        (["grains turn", "grains do not turn"], |_, law| {
-            law.rotates()
-        }),
-        (
-            ["there is local damping", "there is no local damping"],
-            |case, _| case.model.alpha != 0.0,
-        ),
-        (["there is a punch", "there is no punch"], |case, _| {
-            case.punch.is_some()
-        }),
-        (
-            ["springs are Hertz's and Mindlin's", "springs are linear"],
-            |_, law| law.contact.springs == Springs::HertzMindlin,
-        ),
-        (
-            [
-                "the slip is corrected",
-                "the slip is that of the contact point",
-            ],
-            |_, law| law.contact.slip_velocity == SlipVelocity::RatchetingCorrected,
-        ),
-        (
-            [
-                "torques have arms to half the overlap",
-                "torques have arms to the contact point",
-            ],
-            |_, law| law.contact.torque_arms == TorqueArms::HalfOverlap,
-        ),
-    ];
-    let some: [(&str, Has); 10] = [
-        ("there are moments against rolling", |_, law| {
-            law.contact.rolling.is_some()
-        }),
-        ("moments are a constant torque", |_, law| {
-            let rolling = law.contact.rolling;
-            rolling.is_some_and(|rolling| rolling.bending_stiffness.is_none())
-        }),
-        ("there is adhesion", |_, law| law.contact.adhesion.is_some()),
-        ("adhesion holds what has touched", |_, law| law.holds()),
-        ("there are several materials", |_, law| {
-            !law.materials.is_empty()
-        }),
-        ("walls or punch have friction of their own", |_, law| {
-            law.has_friction_of_walls()
-        }),
-        ("grains are in space", |case, _| case.bodies.in_space()),
-        ("dashpots may pull", |_, law| {
-            law.has_dashpots() && law.contact.viscosity.tension() == Tension::Unclipped
-        }),
-        ("dashpots have a restitution", |_, law| {
-            matches!(law.contact.viscosity, Viscosity::Restitution { .. })
-        }),
-        (
-            "new contacts are given the slip since they touched",
-            |_, law| law.contact.new_contact_slip == NewContactSlip::SinceTouch,
-        ),
-    ];
+    let either: [([&str; 2], Has); 8] = rows! {
+        ["there is friction", "there is no friction"], |_, law| law.has_friction();
+        ["there are dashpots", "there are no dashpots"], |_, law| law.has_dashpots();
+        ["grains turn", "grains do not turn"], |_, law| law.rotates();
+        ["there is local damping", "there is no local damping"], |case, _| case.model.alpha != 0.0;
+        ["there is a punch", "there is no punch"], |case, _| case.punch.is_some();
+        ["springs are Hertz's and Mindlin's", "springs are linear"], |_, law| law.contact.springs == Springs::HertzMindlin;
+        ["the slip is corrected", "the slip is that of the contact point"],
+            |_, law| law.contact.slip_velocity == SlipVelocity::RatchetingCorrected;
+        ["torques have arms to half the overlap", "torques have arms to the contact point"],
+            |_, law| law.contact.torque_arms == TorqueArms::HalfOverlap;
+    };
+    let some: [(&str, Has); 10] = rows! {
+        "there are moments against rolling", |_, law| law.contact.rolling.is_some();
+        "moments are a constant torque", |_, law| law.contact.rolling.is_some_and(|rolling| rolling.bending_stiffness.is_none());
+        "there is adhesion", |_, law| law.contact.adhesion.is_some();
+        "adhesion holds what has touched", |_, law| law.holds();
+        "there are several materials", |_, law| !law.materials.is_empty();
+        "walls or punch have friction of their own", |_, law| law.has_friction_of_walls();
+        "grains are in space", |case, _| case.bodies.in_space();
+        "dashpots may pull", |_, law| law.has_dashpots() && law.contact.viscosity.tension() == Tension::Unclipped;
+        "dashpots have a restitution", |_, law| matches!(law.contact.viscosity, Viscosity::Restitution { .. });
+        "new contacts are given the slip since they touched", |_, law| law.contact.new_contact_slip == NewContactSlip::SinceTouch;
+    };
     let mut properties = Properties::new(states, |(_, wrong)| *wrong)?;
     for (words, has) in either {
         properties.add_both(words, |(case, _)| has(case, &case.model.law));

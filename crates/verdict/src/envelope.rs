@@ -17,6 +17,7 @@ use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Variant};
 use grains::vector::{hypot, minus};
+use grains::with_rows;
 
 /// Replicas of each start; three times as many for an engine in single precision.
 pub const REPLICAS: u64 = 8;
@@ -34,51 +35,38 @@ const WIDE: f64 = 1.0e-3;
 /// Looked at in each moment: half of the grains are at most so far off, nine of ten, 99 of a hundred, all.
 const SHARES: [f64; 4] = [0.5, 0.9, 0.99, 1.0];
 
-/// What is compared of a grain or of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Quantity {
-    /// Distance between the positions over the radius.
-    Position,
-    /// Difference of the velocities times Δt over the radius.
-    Velocity,
-    /// Difference of the spins times Δt.
-    Spin,
-    /// Difference of the overlaps over the radius.
-    Overlap,
-    /// Difference of the normal forces times Δt²/(mR).
-    NormalForce,
-    /// The same of the tangential ones.
-    TangentialForce,
-    /// Angle between the normals.
-    Normal,
-    /// Distance between the contact points over the radius.
-    Point,
-    /// Of the punch, over the smallest radius.
-    PunchPlace,
-    /// Force on it times Δt²/(mR) of the smallest grain.
-    PunchForce,
+with_rows! {
+    /// What is compared of a grain or of a contact, with the unit in which it is counted.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    Quantity: (&'static str, &'static str) {
+        /// Distance between the positions over the radius.
+        Position ("position", "R");
+        /// Difference of the velocities times Δt over the radius.
+        Velocity ("velocity", "R a step");
+        /// Difference of the spins times Δt.
+        Spin ("spin", "rad a step");
+        /// Difference of the overlaps over the radius.
+        Overlap ("overlap", "R");
+        /// Difference of the normal forces times Δt²/(mR).
+        NormalForce ("normal force", "mR/Δt²");
+        /// The same of the tangential ones.
+        TangentialForce ("tangential force", "mR/Δt²");
+        /// Angle between the normals.
+        Normal ("normal", "rad");
+        /// Distance between the contact points over the radius.
+        Point ("contact point", "R");
+        /// Of the punch, over the smallest radius.
+        PunchPlace ("place", "R");
+        /// Force on it times Δt²/(mR) of the smallest grain.
+        PunchForce ("force", "mR/Δt²");
+    }
 }
 
 impl Quantity {
-    /// Each with its name and the unit in which it is counted.
-    const NAMES: [(Quantity, &str, &str); ALL] = [
-        (Quantity::Position, "position", "R"),
-        (Quantity::Velocity, "velocity", "R a step"),
-        (Quantity::Spin, "spin", "rad a step"),
-        (Quantity::Overlap, "overlap", "R"),
-        (Quantity::NormalForce, "normal force", "mR/Δt²"),
-        (Quantity::TangentialForce, "tangential force", "mR/Δt²"),
-        (Quantity::Normal, "normal", "rad"),
-        (Quantity::Point, "contact point", "R"),
-        (Quantity::PunchPlace, "place", "R"),
-        (Quantity::PunchForce, "force", "mR/Δt²"),
-    ];
-
     /// With the unit in which it is counted.
     pub fn name(self) -> (&'static str, &'static str) {
-        let (_, name, unit) = Quantity::NAMES[self as usize];
-        (name, unit)
+        *self.row()
     }
 }
 
@@ -340,7 +328,7 @@ impl Envelope {
         for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
             let apart = Apart::new(their, own, &self.case);
             let summary = apart.summary();
-            for (index, (quantity, ..)) in Quantity::NAMES.into_iter().enumerate() {
+            for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
                 let ratio = ratio(&summary[index], &reach[index]);
                 if index < MOTION {
                     of_motion = of_motion.max(ratio);

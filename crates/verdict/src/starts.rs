@@ -12,6 +12,7 @@ use grains::scene::{
 };
 use grains::tables::{Bodies, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Seen, Task};
+use grains::with_rows;
 use serde::Serialize;
 
 use evidence::random::Source;
@@ -30,74 +31,56 @@ pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];
 /// How much radii differ in the paper's scene, as a share of their mean.
 pub const DISPERSION: f64 = 0.05;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Start {
-    /// The cloud before anything has fallen far.
-    Loose,
-    /// Halfway down.
-    Pouring,
-    /// At rest.
-    AtRest,
-    /// Pressed by the punch.
-    UnderPunch,
+with_rows! {
+    /// A time in the life of a bed, in words and for identifiers.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    Start: (&'static str, &'static str) {
+        /// Before anything has fallen far.
+        Loose ("the loose cloud", "loose");
+        /// Halfway down.
+        Pouring ("pouring", "pouring");
+        AtRest ("a bed at rest", "at-rest");
+        UnderPunch ("a bed under the punch", "under-punch");
+    }
 }
 
 impl Start {
-    /// In words and for identifiers.
-    const NAMES: [(&str, &str); 4] = [
-        ("the loose cloud", "loose"),
-        ("pouring", "pouring"),
-        ("a bed at rest", "at-rest"),
-        ("a bed under the punch", "under-punch"),
-    ];
-
     pub fn name(self) -> &'static str {
-        Start::NAMES[self as usize].0
+        self.row().0
     }
 
     /// For identifiers.
     pub fn key(self) -> &'static str {
-        Start::NAMES[self as usize].1
+        self.row().1
     }
 }
 
-/// A contact law that engines are asked for if they have its parts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LawKind {
-    Springs,
-    /// Friction with history, grains that turn.
-    Friction,
-    /// Springs and dashpots along the normal.
-    Dashpots,
-    /// Both friction and dashpots.
-    FrictionAndDashpots,
-    /// Springs with no constant of the paper's: gravity, α, Δt, E, walls, masses and punch are others.
-    OtherSprings,
-    /// Friction of grains, walls and punch apart, with slip and arms at the contact point.
-    OtherFriction,
-    /// Friction of grains that do not turn.
-    WithoutRotation,
-    /// Friction and dashpots that pull, new contacts given the slip since they touched.
-    OtherDashpots,
+with_rows! {
+    /// A contact law that engines are asked for if they have its parts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    LawKind: &'static str {
+        Springs "springs";
+        /// Friction with history, grains that turn.
+        Friction "friction";
+        /// Springs and dashpots along the normal.
+        Dashpots "dashpots";
+        FrictionAndDashpots "friction-and-dashpots";
+        /// Springs with no constant of the paper's: gravity, α, Δt, E, walls, masses and punch are others.
+        OtherSprings "springs-with-other-constants";
+        /// Friction of grains, walls and punch apart, with slip and arms at the contact point.
+        OtherFriction "friction-with-other-constants";
+        /// Friction of grains that do not turn.
+        WithoutRotation "friction-without-rotation";
+        /// Friction and dashpots that pull, new contacts given the slip since they touched.
+        OtherDashpots "dashpots-with-other-choices";
+    }
 }
 
 impl LawKind {
-    /// All of them, with their names.
-    pub const NAMES: [(LawKind, &str); 8] = [
-        (LawKind::Springs, "springs"),
-        (LawKind::Friction, "friction"),
-        (LawKind::Dashpots, "dashpots"),
-        (LawKind::FrictionAndDashpots, "friction-and-dashpots"),
-        (LawKind::OtherSprings, "springs-with-other-constants"),
-        (LawKind::OtherFriction, "friction-with-other-constants"),
-        (LawKind::WithoutRotation, "friction-without-rotation"),
-        (LawKind::OtherDashpots, "dashpots-with-other-choices"),
-    ];
-
     pub fn name(self) -> &'static str {
-        LawKind::NAMES[self as usize].1
+        self.row()
     }
 
     /// Whether it stands for another value of each key.
@@ -485,7 +468,7 @@ impl Bed {
                 }
             })
         };
-        let usual = LawKind::NAMES.into_iter().flat_map(|(law, _)| of_law(law));
+        let usual = LawKind::ALL.into_iter().flat_map(of_law);
         let drawn = (1..=DRAWN).filter_map(|number| self.drawn_state(number));
         usual.chain(drawn).chain([self.large_state()]).collect()
     }

@@ -367,6 +367,11 @@ mod tests {
         (case, run)
     }
 
+    fn found_in(runs: &[(Case, Vec<Snapshot>)], moves: bool) -> Found {
+        let runs = runs.iter().map(|(case, run)| (case, &run[..]));
+        found(&runs.collect::<Vec<_>>(), None, moves)
+    }
+
     /// What the native engine writes follows from the rest, whatever the law is, but for what springs have along the normal.
     #[test]
     fn nothing_is_left_of_a_right_engine() {
@@ -434,9 +439,7 @@ mod tests {
                 (case, run)
             })
             .collect();
-        let runs: Vec<(&Case, &[Snapshot])> =
-            runs.iter().map(|(case, run)| (case, &run[..])).collect();
-        let found = found(&runs, None, false);
+        let found = found_in(&runs, false);
         assert_eq!(found.terms, [""; 0]);
         let told = found.unexplained.join("; ");
         let words = "normal forces at walls: where they are at walls across y";
@@ -479,9 +482,7 @@ mod tests {
             let variant = Variant::default().and(constant.expect("a fault"), 0.5);
             let runs: Vec<(Case, Vec<Snapshot>)> =
                 of_law.iter().map(|state| run(state, &variant)).collect();
-            let runs: Vec<(&Case, &[Snapshot])> =
-                runs.iter().map(|(case, run)| (case, &run[..])).collect();
-            let told = found(&runs, None, true).terms;
+            let told = found_in(&runs, true).terms;
             assert!(
                 told.iter()
                     .any(|told| told.starts_with("spins") && told.contains(words)),
@@ -504,9 +505,7 @@ mod tests {
                 (case, run)
             })
             .collect();
-        let runs: Vec<(&Case, &[Snapshot])> =
-            runs.iter().map(|(case, run)| (case, &run[..])).collect();
-        let told = found(&runs, None, false).terms;
+        let told = found_in(&runs, false).terms;
         let forces = told.iter().find(|told| told.starts_with("normal forces"));
         let forces = forces.map_or("", |told| told);
         assert!(forces.contains("single precision"), "{told:?}");
@@ -544,9 +543,7 @@ mod tests {
             for (form, what, words) in faults {
                 let runs = of_law.iter().map(|state| run(state, &Variant::of(form)));
                 let runs: Vec<(Case, Vec<Snapshot>)> = runs.collect();
-                let runs: Vec<(&Case, &[Snapshot])> =
-                    runs.iter().map(|(case, run)| (case, &run[..])).collect();
-                let told = found(&runs, None, true).terms.join("; ");
+                let told = found_in(&runs, true).terms.join("; ");
                 assert!(
                     told.contains(what) && told.contains(words),
                     "{law}: {form:?}: {told}"
