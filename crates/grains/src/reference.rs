@@ -24,7 +24,7 @@ use crate::tables::{
     Across, Bodies, Body, Contact, Memories, Punch, Remembered, RememberedAcross, Snapshot, Stage,
     tangential,
 };
-use crate::variant::{Form, Variant};
+use crate::variant::{Alone, Form, Variant};
 use crate::vector::{Vector, dot, each, hypot, in_plane, in_space, minus, norm, plus, times};
 use law::Pair;
 use touch::{Near, NearObstacles, Touch};
@@ -65,6 +65,17 @@ pub struct Reference {
     near_obstacles: NearObstacles,
     /// Room for what contacts remembered before.
     spare: Vec<Memory>,
+    /// What some contacts alone have.
+    there: Option<Box<There>>,
+}
+
+/// What contacts at one place have in the place of the law of all others.
+#[derive(Clone)]
+struct There {
+    alone: Alone,
+    variant: Variant,
+    constants: Constants,
+    tangents: [f64; 3],
 }
 
 type Ids = (u32, u32);
@@ -151,10 +162,43 @@ impl Reference {
     /// The forces at the start belong to it.
     pub fn new(model: &Model, bodies: &Bodies, punch: Option<Punch>, variant: &Variant) -> Self {
         let mut given = Given::new(model, bodies, punch);
+        let usual = (variant.alone != Alone::Everywhere).then(|| given.clone());
         for (constant, larger) in &variant.larger {
             constant.enlarge(&mut given, *larger);
         }
-        Reference::going_on(given, &Memories::default(), variant)
+        let changed = Reference::going_on(given, &Memories::default(), variant);
+        let Some(usual) = usual else {
+            return changed;
+        };
+        let mut reference = Reference::going_on(usual, &Memories::default(), &Variant::default());
+        let mut there = There {
+            alone: variant.alone,
+            variant: changed.variant,
+            constants: changed.constants,
+            tangents: changed.tangents,
+        };
+        there.constants.dt = reference.constants.dt;
+        reference.there = Some(Box::new(there));
+        reference.memories.clear();
+        reference.evaluate();
+        reference
+    }
+
+    /// With what contacts of this first body have.
+    fn at<T>(&mut self, first: Body, with: impl FnOnce(&Self) -> T) -> T {
+        let Some(mut there) = self.there.take_if(|there| there.alone.is_at(first)) else {
+            return with(self);
+        };
+        let mut exchange = |reference: &mut Self| {
+            std::mem::swap(&mut reference.variant, &mut there.variant);
+            std::mem::swap(&mut reference.constants, &mut there.constants);
+            std::mem::swap(&mut reference.tangents, &mut there.tangents);
+        };
+        exchange(self);
+        let found = with(self);
+        exchange(self);
+        self.there = Some(there);
+        found
     }
 
     /// The same where these touched a moment ago, of which adhesion may hold some.
@@ -213,6 +257,7 @@ impl Reference {
             obstacles: constants.obstacles.iter().map(Placed::new).collect(),
             near_obstacles: NearObstacles::default(),
             spare: Vec::new(),
+            there: None,
             constants,
         };
         reference.choose();
@@ -599,7 +644,7 @@ impl Reference {
             let (one, two) = (ids.0 as usize, ids.1 as usize);
             while remembering.next_if(|memory| memory.ids < *ids).is_some() {}
             let remembered = remembering.next_if(|memory| memory.ids == *ids);
-            let action = self.act(*ids, touch, remembered);
+            let action = self.at(touch.first, |there| there.act(*ids, touch, remembered));
             *force = action.force;
             self.memories.extend(action.memory);
             let only = |side| touch.first == Body::Grain && self.has(Form::OneSided(side));

@@ -110,6 +110,7 @@ with_rows! {
     Input: (&'static str, Differ, fn(&Law) -> bool) {
         StiffnessRadii ("radius in the springs", Differ::Radii, |_| true);
         TangentialRadii ("radius in the spring along the tangent", Differ::Radii, Law::has_friction);
+        Materials ("material in the springs", Differ::Materials, Law::has_friction);
         NormalMaterials ("material in the spring along the normal", Differ::Materials, |_| true);
         TangentialMaterials ("material in the spring along the tangent", Differ::Materials, Law::has_friction);
         Masses ("mass in the dashpots", Differ::Radii, has_masses);
@@ -156,13 +157,27 @@ fn has_masses(law: &Law) -> bool {
 }
 
 with_rows! {
-    /// Where another input is taken.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-    #[serde(rename_all = "snake_case")]
-    Alone: &'static str {
-        Everywhere "bodies";
-        BetweenGrains "grains";
-        AtObstacles "bodies at walls, punch and obstacles";
+    /// At which contacts alone something is otherwise.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    Alone: (&'static str, fn(Body) -> bool) {
+        #[default]
+        Everywhere ("", |_| true);
+        AtObstacles ("at walls, punch and obstacles", |first| first != Body::Grain);
+        AtWalls ("at walls", |first| first == Body::Wall);
+        AtPunch ("at the punch", |first| first == Body::Punch);
+        BetweenGrains ("between grains", |first| first == Body::Grain);
+    }
+}
+
+impl Alone {
+    /// In words; empty of all contacts.
+    pub fn place(self) -> &'static str {
+        self.row().0
+    }
+
+    /// Whether contacts whose first body is of this kind are among them.
+    pub fn is_at(self, first: Body) -> bool {
+        (self.row().1)(first)
     }
 }
 
@@ -291,9 +306,11 @@ forms! {
         LostNear(length: f64) format!("contacts of grains nearer than {length:.6} m are lost");
         LostFar(length: f64) format!("contacts of grains farther apart than {length:.6} m are lost");
         OneSided(side: usize) format!("of a pair only the {} grain feels the force", if side == 0 { "first" } else { "second" });
-        /// Whose input is taken for both bodies of a contact; at walls, punch and obstacles alone, or between grains too.
-        TakenFor(input: Input, whose: Whose, alone: Alone)
-            format!("the {} is {} for both {}", input.name(), whose.row(), alone.row());
+        /// The tangential force is compared with its limit, and cut to it, by two of its components.
+        CoulombWithout(axis: usize)
+            format!("Coulomb's limit leaves out what the tangential force has along {}: it is of its whole size", ["x", "y", "z"][axis]);
+        /// Whose input is taken for both bodies of a contact.
+        TakenFor(input: Input, whose: Whose) format!("the {} is {} for both bodies", input.name(), whose.row());
         /// The friction at the first of these is that at the second.
         FrictionOf(both: [Body; 2]) {
             let [at, whose] = both.map(|body| ["between grains", "at walls", "at the punch"][body as usize]);
@@ -330,6 +347,8 @@ pub struct Variant {
     pub larger: BTreeMap<Constant, f64>,
     /// Terms in another form.
     pub forms: Vec<Form>,
+    /// These contacts alone have all of it, and whatever is not of contacts is as in the model.
+    pub alone: Alone,
 }
 
 impl Variant {
@@ -352,14 +371,10 @@ impl Variant {
         self.forms.contains(&form)
     }
 
-    /// Whose of an input is taken for both bodies of a contact whose first one is of this kind, if not of each its own.
-    pub fn taken_for(&self, input: Input, first: Body) -> Option<Whose> {
+    /// Whose of an input is taken for both bodies of a contact, if not of each its own.
+    pub fn taken_for(&self, input: Input) -> Option<Whose> {
         self.forms.iter().find_map(|form| match *form {
-            Form::TakenFor(other, whose, alone) if other == input => match alone {
-                Alone::BetweenGrains if first != Body::Grain => None,
-                Alone::AtObstacles if first == Body::Grain => None,
-                _ => Some(whose),
-            },
+            Form::TakenFor(other, whose) if other == input => Some(whose),
             _ => None,
         })
     }

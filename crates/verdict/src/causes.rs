@@ -8,9 +8,9 @@ use evidence::in_parallel;
 use grains::constant::{Constant, Counted};
 use grains::model::Wall;
 use grains::scene::{Springs, Viscosity};
-use grains::tables::Snapshot;
+use grains::tables::{Body, Snapshot};
 use grains::task::Case;
-use grains::variant::{self, Form, Variant};
+use grains::variant::{self, Alone, Form, Variant};
 use serde::Serialize;
 
 use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
@@ -154,6 +154,10 @@ impl Cause {
         for form in &self.also {
             said = format!("{said}. Or: {}", form.in_words());
         }
+        let place = self.variant.alone.place();
+        if !place.is_empty() {
+            said = format!("{place} alone: {said}");
+        }
         let tied: Vec<&str> = self.tied.iter().map(|constant| constant.symbol()).collect();
         if !tied.is_empty() {
             let tied = tied.join(", ");
@@ -233,6 +237,9 @@ fn is_possible(fitted: &Fitted) -> bool {
     fitted.larger.abs() <= LARGEST_HINT
 }
 
+/// By so much a constant is changed to see whether contacts at one place make anything of it.
+const PROBE: f64 = 1.0e-3;
+
 /// What leaves more than this share of how far off an engine is says nothing of it.
 const NEAR: f64 = 0.1;
 
@@ -290,7 +297,10 @@ pub(crate) fn causes(
             let explains = variant != known && tried.is_explained(&variant);
             explains.then(|| tried.cause(Fit::known(variant), true, Vec::new()))
         });
-        let cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
+        let mut cause = told.unwrap_or_else(|| tried.search(&known, &fitted, MOST_FORMS - 1));
+        if !cause.explained && known == Variant::default() {
+            cause = tried.at_one_place().unwrap_or(cause);
+        }
         let before = std::mem::replace(&mut known, cause.variant.clone());
         fitted.extend(tried.free(&fitted));
         // A length that is not quite met leaves a few grains in every law: that was said.
@@ -330,16 +340,19 @@ impl Tried<'_> {
     }
 
     fn farthest(&self, variant: &Variant) -> Vec<Option<Farthest>> {
-        in_parallel(self.of_law.len(), |at| {
-            let answered = self.of_law[at];
-            let (own, theirs) = self.first_steps(answered, variant);
-            answered.native.envelope.farthest_from(&own, theirs)
-        })
+        in_parallel(self.of_law.len(), |at| self.farthest_in(at, variant))
     }
 
+    fn farthest_in(&self, at: usize, variant: &Variant) -> Option<Farthest> {
+        let answered = self.of_law[at];
+        let (own, theirs) = self.first_steps(answered, variant);
+        answered.native.envelope.farthest_from(&own, theirs)
+    }
+
+    /// Of the many that explain nothing most are through after one state.
     fn is_explained(&self, variant: &Variant) -> bool {
-        let mut farthest = self.farthest(variant).into_iter();
-        farthest.all(|farthest| farthest.is_some_and(|far| far.moves_right()))
+        let moves_right = |far: Farthest| far.moves_right();
+        (0..self.of_law.len()).all(|at| self.farthest_in(at, variant).is_some_and(moves_right))
     }
 
     /// The constants that play a part under this law and did not under those before.
@@ -352,15 +365,81 @@ impl Tried<'_> {
         Constant::all().filter(plays_a_part).collect()
     }
 
-    /// `more` forms may be taken besides the best one, if all together explain the law.
-    fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
-        // States in which nothing differs have nothing to say.
+    /// What differs: states in which nothing does have nothing to say.
+    fn observed(&self) -> Vec<Observed<'_>> {
         let differing = self
             .of_law
             .iter()
             .filter(|answered| !answered.moves_right());
         let observed = differing.map(|answered| (&answered.asked.case, &answered.theirs[..]));
-        let observed: Vec<Observed<'_>> = observed.collect();
+        observed.collect()
+    }
+
+    /// What explains all if contacts at one place alone have it.
+    fn at_one_place(&self) -> Option<Cause> {
+        let observed = self.observed();
+        let search = Search::new(&observed, self.resolution, self.until);
+        let mut forms: Vec<Form> = Vec::new();
+        for form in observed
+            .iter()
+            .flat_map(|(case, _)| forms::candidates(case))
+        {
+            if !forms.contains(&form) {
+                forms.push(form);
+            }
+        }
+        let first_steps = |variant: &Variant| {
+            let cases = observed.iter().map(|(case, _)| until(case, 1));
+            let runs = cases.map(|case| variant::run(&case, variant));
+            runs.collect::<Vec<_>>()
+        };
+        let usual = first_steps(&Variant::default());
+        // Where tables are wrong before the motion is, they are so there alone.
+        let wrong = self.of_law.iter().flat_map(|answered| {
+            let (case, envelope) = (&answered.asked.case, &answered.native.envelope);
+            let (own, theirs) = (&envelope.own[..], &answered.theirs[..]);
+            let (contacts, step) = envelope.contacts_outside(own, theirs);
+            let (grains, moved) = envelope.outside(own, theirs);
+            let contacts = contacts
+                .into_iter()
+                .filter(move |_| grains.is_empty() || step < moved);
+            contacts.map(|ids| case.ids().body(ids.0))
+        });
+        let wrong: Vec<Body> = wrong.collect();
+        let mut possible = Alone::ALL.into_iter().filter(|alone| {
+            *alone != Alone::Everywhere && wrong.iter().all(|first| alone.is_at(*first))
+        });
+        possible.find_map(|alone| {
+            let there = Variant {
+                alone,
+                ..Variant::default()
+            };
+            let does_something = |constant: &Constant| {
+                let changed = there.and(*constant, PROBE);
+                first_steps(&changed) != usual
+            };
+            let free: Vec<Constant> = self.free(&[]).into_iter().filter(does_something).collect();
+            let all = search.pruned(&there, &search.fit(&there, &free));
+            let each = in_parallel(free.len(), |at| search.fit(&there, &free[at..=at]));
+            let mut fits = [all].into_iter().chain(each);
+            if let Some(fit) = fits.find(|fit| self.is_explained(&fit.variant)) {
+                return Some(self.cause(fit, true, Vec::new()));
+            }
+            let with = |form: Form| Variant {
+                forms: vec![form],
+                ..there.clone()
+            };
+            let explain = in_parallel(forms.len(), |at| self.is_explained(&with(forms[at])));
+            let mut explaining = forms.iter().zip(explain).filter(|(_, explains)| *explains);
+            let (first, _) = explaining.next()?;
+            let also = explaining.map(|(form, _)| *form).collect();
+            Some(self.cause(Fit::known(with(*first)), true, also))
+        })
+    }
+
+    /// `more` forms may be taken besides the best one, if all together explain the law.
+    fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
+        let observed = self.observed();
         let with = |form: Form| {
             let mut variant = known.clone();
             variant.forms.push(form);

@@ -5,7 +5,7 @@ use grains::rules::{Choice, Needs, Rules};
 use grains::scene::{Springs, Viscosity};
 use grains::tables::Body;
 use grains::task::Case;
-use grains::variant::{Alone, Form, Input, Key, Whose};
+use grains::variant::{Form, Input, Key, Whose};
 
 /// Shares of a whole kick that the first one may be by mistake.
 const FIRST_KICKS: [f64; 2] = [1.5, 0.0];
@@ -22,6 +22,9 @@ pub fn candidates(case: &Case) -> Vec<Form> {
     forms.extend([0, 1].map(Form::OneSided));
     forms.extend((0..case.model.walls.len()).map(Form::WallMissing));
     forms.extend(Form::of_case(case));
+    if case.bodies.in_space() && case.model.law.has_friction() {
+        forms.extend([0, 1, 2].map(Form::CoulombWithout));
+    }
     forms.extend(inputs(case));
     forms
 }
@@ -49,21 +52,16 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
     let taken = Input::ALL.into_iter();
     let taken = taken.filter(move |input| differ(input) && input.is_in(law));
     let taken = taken.flat_map(move |input| {
-        let places = match input.is_of_materials() {
-            true => &Alone::ALL[..],
-            false => &[Alone::Everywhere],
-        };
-        let all = places
-            .iter()
-            .flat_map(move |alone| Whose::ALL.map(|whose| Form::TakenFor(input, whose, *alone)));
+        let all = Whose::ALL.into_iter();
+        let all = all.map(move |whose| Form::TakenFor(input, whose));
         // The smaller friction angle and the mean radius of rolling are the model's, materials have no mean, and that of linear springs is a rule.
         all.filter(move |form| match form {
             // Formulas are the same for both where they have one number of each.
-            Form::TakenFor(Input::StiffnessRadii, Whose::Other, _) => materials && !is_hertz,
-            Form::TakenFor(Input::StiffnessRadii, whose, _) => {
+            Form::TakenFor(Input::StiffnessRadii, Whose::Other) => materials && !is_hertz,
+            Form::TakenFor(Input::StiffnessRadii, whose) => {
                 is_hertz || [Whose::First, Whose::Second].contains(whose)
             }
-            Form::TakenFor(_, Whose::Other, _) => {
+            Form::TakenFor(_, Whose::Other) => {
                 let one_sided = [
                     Input::SlipRadii,
                     Input::TorqueArms,
@@ -72,11 +70,14 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
                 ];
                 one_sided.contains(&input)
             }
-            Form::TakenFor(Input::FrictionAngles, Whose::Smaller, _)
-            | Form::TakenFor(Input::RollingRadii, Whose::Mean, _) => false,
-            Form::TakenFor(_, Whose::Mean | Whose::GeometricMean, _) => {
-                ![Input::NormalMaterials, Input::TangentialMaterials].contains(&input)
-            }
+            Form::TakenFor(Input::FrictionAngles, Whose::Smaller)
+            | Form::TakenFor(Input::RollingRadii, Whose::Mean) => false,
+            Form::TakenFor(_, Whose::Mean | Whose::GeometricMean) => ![
+                Input::Materials,
+                Input::NormalMaterials,
+                Input::TangentialMaterials,
+            ]
+            .contains(&input),
             _ => true,
         })
     });

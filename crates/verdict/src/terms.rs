@@ -26,7 +26,7 @@ const KEPT_DASHPOT: &str = "the dashpot's force of the step before, which the sp
 
 /// Rows of words, how often, and value.
 macro_rules! terms {
-    ($($words:literal, $usual:expr => $value:expr;)*) => { vec![$(($words, $usual, $value)),*] };
+    ($($words:expr, $usual:expr => $value:expr;)*) => { vec![$(($words, $usual, $value)),*] };
 }
 
 mod fit;
@@ -491,24 +491,47 @@ mod tests {
         }
     }
 
-    /// Forces of 24 bits are off either way, and no term is another one.
+    /// Forces of 24 bits are off either way, and so are overlaps by a distance of 24 bits; no term is another one.
     #[test]
     fn single_precision_is_told() {
+        fn single(number: f64) -> f64 {
+            f64::from(number as f32)
+        }
+        let force = |force: f64, _: [f64; 2]| single(force);
+        let distance = |force: f64, [both, overlap]: [f64; 2]| {
+            force * (both - single(both - overlap)) / overlap
+        };
         let states = states();
-        let states = states.iter().filter(|state| state.law == "friction");
-        let runs: Vec<(Case, Vec<Snapshot>)> = states
-            .map(|state| {
+        type Change = fn(f64, [f64; 2]) -> f64;
+        let changes: [(Change, &str); 2] = [
+            (force, "normal forces between grains alone: rounded"),
+            (
+                distance,
+                "the distance of both bodies in the overlap is rounded",
+            ),
+        ];
+        for (change, words) in changes {
+            let of_law = states.iter().filter(|state| state.law == "friction");
+            let runs = of_law.map(|state| {
                 let (case, mut run) = run(state, &Variant::default());
+                let grains = case.bodies.len() as u32;
                 for contact in run.iter_mut().flat_map(|moment| &mut moment.contacts) {
-                    contact.normal_force = f64::from(contact.normal_force as f32);
+                    if contact.id1 < grains {
+                        let radii =
+                            [contact.id1, contact.id2].map(|id| case.bodies.radius[id as usize]);
+                        let lengths = [radii[0] + radii[1], contact.overlap];
+                        contact.normal_force = change(contact.normal_force, lengths);
+                    }
                 }
                 (case, run)
-            })
-            .collect();
-        let told = found_in(&runs, false).terms;
-        let forces = told.iter().find(|told| told.starts_with("normal forces"));
-        let forces = forces.map_or("", |told| told);
-        assert!(forces.contains("single precision"), "{told:?}");
+            });
+            let runs: Vec<(Case, Vec<Snapshot>)> = runs.collect();
+            let told = found_in(&runs, false).terms.join("; ");
+            assert!(
+                told.contains(words) && told.contains("single precision"),
+                "{told}"
+            );
+        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ use grains::rules::{
 };
 use grains::tables::Bodies;
 use grains::task::Case;
-use grains::variant::{self, Form, Variant};
+use grains::variant::{self, Alone, Form, Variant};
 use verdict::causes::Cause;
 use verdict::constants::Fitted;
 use verdict::envelope::Resolution;
@@ -545,6 +545,38 @@ fn several_forms_under_one_law_are_named_together() {
 }
 
 /// −0 is another bit pattern than 0, though it is the same number.
+/// It is not taken for what all contacts have, nor is it told of more contacts than have it.
+#[test]
+fn what_contacts_at_one_place_alone_have_is_told_with_the_place() {
+    let faults = [
+        (
+            Alone::AtObstacles,
+            Variant::default().and(constant("k_s"), 0.1),
+            "k_s × 1.1",
+        ),
+        (
+            Alone::AtPunch,
+            Variant::of(Form::NoCoulombLimit),
+            "is not limited by |N| tan φ",
+        ),
+        (
+            Alone::BetweenGrains,
+            Variant::of(Form::SlidingKeepsOld),
+            "keeps its force of the step before",
+        ),
+    ];
+    for (alone, variant, words) in faults {
+        let judgement = of_variant(&Variant { alone, ..variant });
+        let place = alone.place();
+        let told = |cause: &Cause| {
+            let said = cause.sentence();
+            said.starts_with(&format!("{place} alone: ")) && said.contains(words)
+        };
+        let said: Vec<String> = judgement.causes.iter().map(Cause::sentence).collect();
+        assert!(judgement.causes.iter().any(told), "{place}: {said:#?}");
+    }
+}
+
 #[test]
 fn a_zero_of_the_other_sign_is_not_identical() {
     let judgement = judged(&mut |cases| {

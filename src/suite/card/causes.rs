@@ -16,7 +16,7 @@ use grains::model::{Law, Solid};
 use grains::rules::{Choice, Rules};
 use grains::scene::Viscosity;
 use grains::task::Case;
-use grains::variant::{Alone, Form, Variant, run};
+use grains::variant::{Form, Variant, run};
 use verdict::forms::{candidates, other_rules};
 
 /// How near to a whole or half number a power must be to be told.
@@ -244,13 +244,8 @@ impl Otherwise {
     /// All that makes a difference in this case, with constants by this factor too.
     pub fn all(case: &Case, read: Option<f64>) -> Vec<Otherwise> {
         let rules = other_rules(case).map(Form::Rule);
-        // A case is of one kind of contact, of which an input needs no word.
-        let is_said = |form: &Form| match form {
-            Form::Rule(_) => false,
-            Form::TakenFor(.., alone) => *alone == Alone::Everywhere,
-            _ => true,
-        };
-        let others = candidates(case).into_iter().filter(is_said);
+        let others = candidates(case).into_iter();
+        let others = others.filter(|form| !matches!(form, Form::Rule(_)));
         let forms = rules.chain(others).map(Otherwise::Form);
         let angle = case.model.law.friction_angle;
         let of_angle = [

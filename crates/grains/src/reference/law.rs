@@ -14,7 +14,7 @@ use crate::rules::{
 };
 use crate::scene::{AdhesionLaw, Rolling, Springs, Tension, Viscosity};
 use crate::tables::Body;
-use crate::variant::{Form, Input, Whose};
+use crate::variant::{Form, Input};
 use crate::vector::{Vector, cross, dot, hypot, minus, norm, plus, times};
 
 /// What is the same for two bodies as long as the law is.
@@ -199,15 +199,15 @@ const TOLD_WITH_IT: f64 = 1.0e-6;
 
 impl Reference {
     /// Both numbers of a contact, or what another engine takes for both.
-    fn numbers(&self, input: Input, first: Body, both: [f64; 2]) -> [f64; 2] {
-        let whose = self.variant.taken_for(input, first);
+    fn numbers(&self, input: Input, both: [f64; 2]) -> [f64; 2] {
+        let whose = self.variant.taken_for(input);
         whose.map_or(both, |whose| whose.of_numbers(both))
     }
 
     /// Both materials, or what another engine takes for both.
-    fn solids(&self, both: [Solid; 2], first: Body, moduli: Input, ratios: Input) -> [Solid; 2] {
-        let modulus = self.numbers(moduli, first, both.map(|solid| solid.modulus));
-        let ratio = self.numbers(ratios, first, both.map(|solid| solid.poissons_ratio));
+    fn solids(&self, both: [Solid; 2], moduli: Input, ratios: Input) -> [Solid; 2] {
+        let modulus = self.numbers(moduli, both.map(|solid| solid.modulus));
+        let ratio = self.numbers(ratios, both.map(|solid| solid.poissons_ratio));
         [0, 1].map(|at| Solid {
             modulus: modulus[at],
             poissons_ratio: ratio[at],
@@ -227,9 +227,9 @@ impl Reference {
                 let one = ids.0 as usize;
                 let m1 = self.sizes.mass[one];
                 let radii = [one, two].map(|i| self.stiffness_radius[i]);
-                let both = self.numbers(Input::Masses, first, [m1, m2]);
+                let both = self.numbers(Input::Masses, [m1, m2]);
                 let masses = [Input::NormalMasses, Input::TangentialMasses].map(|input| {
-                    let [m1, m2] = self.numbers(input, first, both);
+                    let [m1, m2] = self.numbers(input, both);
                     m1 * m2 / (m1 + m2)
                 });
                 (radii, masses, [one, two].map(material))
@@ -244,18 +244,19 @@ impl Reference {
                 (radii, [self.wall_mass(m2); 2], solids)
             }
         };
-        let radii = self.numbers(Input::StiffnessRadii, first, radii);
-        let tangential_radii = self.numbers(Input::TangentialRadii, first, radii);
+        let radii = self.numbers(Input::StiffnessRadii, radii);
+        let tangential_radii = self.numbers(Input::TangentialRadii, radii);
         let [one, two] = solids;
-        let [of_normal, of_tangential] = [Input::NormalMaterials, Input::TangentialMaterials]
-            .map(|input| self.variant.taken_for(input, first))
-            .map(|whose: Option<Whose>| {
-                whose.map_or(solids, |whose| whose.both(solids, |solid| solid.modulus))
-            });
-        let of_normal = self.solids(of_normal, first, Input::NormalModuli, Input::NormalPoissons);
+        let both = |solids: [Solid; 2], input: Input| {
+            let whose = self.variant.taken_for(input);
+            whose.map_or(solids, |whose| whose.both(solids, |solid| solid.modulus))
+        };
+        let of_both = both(solids, Input::Materials);
+        let [of_normal, of_tangential] =
+            [Input::NormalMaterials, Input::TangentialMaterials].map(|input| both(of_both, input));
+        let of_normal = self.solids(of_normal, Input::NormalModuli, Input::NormalPoissons);
         let of_tangential = self.solids(
             of_tangential,
-            first,
             Input::TangentialModuli,
             Input::TangentialPoissons,
         );
@@ -278,7 +279,7 @@ impl Reference {
                 let [[k_n, _], [_, k_s]] = [(of_normal, radii), (of_tangential, tangential_radii)]
                     .map(|([one, two], radii)| one.hertz_mindlin(two, mixed(radii)));
                 let energy = law.contact.adhesion.unwrap_or(0.0);
-                let radius = mixed(self.numbers(Input::AdhesionRadii, first, radii));
+                let radius = mixed(self.numbers(Input::AdhesionRadii, radii));
                 let pull = match law.holds() {
                     true => 3.0 * PI * radius * energy,
                     false => 4.0 * PI * radius * energy,
@@ -317,7 +318,7 @@ impl Reference {
         let has_its_own = law.friction_of_its_own(whose).is_some();
         if !law.materials.is_empty() && !has_its_own {
             let angles = [one.friction_angle, two.friction_angle];
-            let [one, two] = self.numbers(Input::FrictionAngles, first, angles);
+            let [one, two] = self.numbers(Input::FrictionAngles, angles);
             tangent = one.min(two).tan();
         }
         Pair {
@@ -747,7 +748,7 @@ impl Reference {
             MomentLimit::NormalForce => norm(normal_force),
             MomentLimit::Spring => strength.elastic.abs(),
         };
-        let [one, two] = self.numbers(Input::RollingRadii, touch.first, touch.radii);
+        let [one, two] = self.numbers(Input::RollingRadii, touch.radii);
         match rolling.limit {
             Some(limit) if limit > 0.0 && force > 0.0 => force * (limit * ((one + two) / 2.0)),
             _ => f64::INFINITY,
@@ -868,7 +869,11 @@ impl Reference {
             TangentialDashpot::Within => plus(shear, braking),
             _ => shear,
         };
-        let squared = dot(within, within);
+        let left_out = self.variant.forms.iter().find_map(|form| match form {
+            Form::CoulombWithout(axis) => Some(within[*axis]),
+            _ => None,
+        });
+        let squared = dot(within, within) - left_out.map_or(0.0, |part| part * part);
         let slides = squared > limit_squared;
         // Where forces are looked at nothing is cut, and a contact goes on sliding.
         let slid = match (self.looks, remembered) {
@@ -1019,7 +1024,7 @@ impl Reference {
         if touch.slip == Slip::ContactPoint {
             return at_contact_point(touch, on);
         }
-        let radii = self.numbers(Input::SlipRadii, touch.first, touch.radii);
+        let radii = self.numbers(Input::SlipRadii, touch.radii);
         let ([mut r1, mut r2], [one, two]) = (radii, on);
         if touch.first != Body::Grain && self.rules().slip_at_walls == SlipAtWalls::HalfOverlap {
             [r1, r2] = [r1, r2].map(|radius| radius - 0.5 * touch.overlap);
@@ -1049,7 +1054,7 @@ impl Reference {
             _ => self.rules().torque_arms,
         };
         let turn = cross(touch.normal, on_first);
-        let radii = self.numbers(Input::TorqueArms, touch.first, touch.radii);
+        let radii = self.numbers(Input::TorqueArms, touch.radii);
         let mut torques = match arms {
             Arms::WholeRadii => radii.map(|radius| times(radius, turn)),
             Arms::HalfOverlap | Arms::AsModel => {

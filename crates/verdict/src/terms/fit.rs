@@ -193,10 +193,26 @@ fn coarse(rows: &[Row]) -> Option<String> {
     if let Some((_, term)) = found.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))) {
         return Some(format!("{} is {IN_SINGLE_PRECISION}", terms[term].0));
     }
+    // An overlap is the small difference of lengths.
+    let of_distance = |row: &Row| {
+        let named = |name: &str| row.sizes.iter().find(|(size, _)| *size == name);
+        let over = named("(R₁ + R₂)").zip(named("u"));
+        over.map_or(0.0, |((_, both), (_, u))| {
+            hypot(row.terms[0].2) * both / u.abs()
+        })
+    };
+    if terms[0].0 == SPRING && is_either(0) && half(&of_distance).is_some() {
+        return Some(format!(
+            "the distance of both bodies in the overlap is {IN_SINGLE_PRECISION}"
+        ));
+    }
     let summed = |row: &Row| SUMMED * row.least / ROUNDED;
     (is_either(0) && half(&summed).is_some())
         .then(|| format!("{} or their sum are {IN_SINGLE_PRECISION}", terms[0].0))
 }
+
+/// The first term of normal forces.
+pub(super) const SPRING: &str = "the spring's force";
 
 /// What is summed may be so many times as large as what is known of it.
 const SUMMED: f64 = 3.0;

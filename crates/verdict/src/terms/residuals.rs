@@ -387,7 +387,7 @@ impl<'a> Follower<'a> {
                 },
             );
             let mut of_normal = terms! {
-                "the spring's force", 1.0 => one(parts.elastic);
+                fit::SPRING, 1.0 => one(parts.elastic);
                 "the dashpot's force", 1.0 => one(parts.viscous);
                 "the pull of adhesion", 1.0 => one(-parts.pull);
             };
