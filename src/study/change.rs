@@ -5,7 +5,7 @@ use grains::scene::{
     Tension, TimeStep, Viscosity,
 };
 
-/// A word of [`apply`] and its value.
+/// A word of `apply` and its value.
 pub type Change = (&'static str, f64);
 
 /// The paper's number of grains.
