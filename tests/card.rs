@@ -115,7 +115,7 @@ fn faults_of_laws_in_space_are_told() {
         ),
         (
             "jkr=2",
-            "force before bodies touch, by Johnson, Kendall and Roberts at two equal grains in space: 0.10835 times what is right (",
+            "at two equal grains in space: as with a law where adhesion acts before bodies touch, from where it would end on",
         ),
         (
             "museum=1",

@@ -375,6 +375,14 @@ impl Placed {
         dot(normal, way).abs() <= reach
     }
 
+    /// The normal of a triangle's face.
+    pub(crate) fn face(&self) -> Option<Vector> {
+        match &self.shape {
+            Shape::Triangle(facet) => Some(self.outward(facet.normal)),
+            _ => None,
+        }
+    }
+
     /// From its own axes to those of space.
     pub(crate) fn outward(&self, own: Vector) -> Vector {
         self.rotation.map(|row| dot(row, own))

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::constant::Constant;
 use crate::model::{Law, Model};
 use crate::native::first_contact_punch;
+use crate::obstacle::Surface;
 use crate::reference::Reference;
 use crate::rules::Choice;
 use crate::scene::{Scene, Springs, Viscosity, paper_scene};
@@ -123,6 +124,7 @@ with_rows! {
         NormalPoissons ("Poisson's ratio ν in the spring along the normal", Differ::Materials, is_hertz);
         TangentialModuli ("modulus E in the spring along the tangent", Differ::Materials, |law| is_hertz(law) && law.has_friction());
         TangentialPoissons ("Poisson's ratio ν in the spring along the tangent", Differ::Materials, |law| is_hertz(law) && law.has_friction());
+        PoissonsOverShear ("Poisson's ratio ν in (2 − ν)/G of the spring along the tangent", Differ::Materials, |law| is_hertz(law) && law.has_friction());
         AdhesionRadii ("radius in the pull of adhesion", Differ::Radii, |law| law.contact.adhesion.is_some());
         NormalMasses ("mass in the dashpot along the normal", Differ::Radii, |law| is_hertz(law) && has_masses(law));
         TangentialMasses ("mass in the dashpot along the tangent", Differ::Radii,
@@ -292,6 +294,15 @@ forms! {
             |case| case.model.law.contact.rolling.is_some_and(|rolling| !rolling.is_constant());
         TwistingLimited "the moment against twisting has the limit of that against rolling, and is to have none",
             |case| case.model.law.contact.rolling.is_some_and(|rolling| rolling.limit.is_some());
+        TwistingNotTurned "the moment against twisting does not turn with the normal",
+            |case| case.model.law.contact.rolling.is_some_and(|rolling| !rolling.is_constant());
+        MomentKeptUnlimited "what contacts keep of the moment against rolling is not limited: they are to keep what was cut",
+            |case| case.model.law.contact.rolling.is_some_and(|rolling| !rolling.is_constant() && rolling.limit.is_some());
+        HeldBeforeTouch "adhesion acts before bodies touch, from where it would end on: it is to begin where they touch", |case| case.model.law.holds();
+        LetGoAtTouch "adhesion ends where bodies no longer overlap: it is to hold them beyond that", |case| case.model.law.holds();
+        EdgesAsFaces "at edges and corners of triangles normals are those of the face: they are to point from the nearest point",
+            |case| case.model.obstacles.iter().any(|obstacle| matches!(obstacle.shape, Surface::Triangle { .. }));
+        ObstacleTurnsAboutOrigin "what touches an obstacle feels that it turns about the origin: it turns about its own point", obstacles_move;
         ObstacleSpinUnfelt "what touches an obstacle does not feel that it turns: its velocity is v + ω × r", obstacles_move;
         ObstacleVelocityUnfelt "what touches an obstacle does not feel that it moves", obstacles_move;
         ObstacleTurnsAboutOwnAxes "an obstacle turns about axes that turn with it: its spin is in fixed ones", obstacles_move;

@@ -67,6 +67,7 @@ fn inputs(case: &Case) -> impl Iterator<Item = Form> {
                     Input::TorqueArms,
                     Input::NormalPoissons,
                     Input::TangentialModuli,
+                    Input::PoissonsOverShear,
                 ];
                 one_sided.contains(&input)
             }

@@ -367,7 +367,13 @@ impl Bed {
         excerpts.push(Excerpt::new(name, key, &rough, rubbing.clone()));
         let key = "excerpt-stages";
         let name = "pouring with friction, then loading with other constants";
-        excerpts.push(Excerpt::into_loading(name, key, &staged, rubbing));
+        excerpts.push(Excerpt::into_loading(name, key, &staged, rubbing.clone()));
+        // For engines too that have no constants of their own for loading.
+        let (name, key) = (
+            "pouring with friction, then loading",
+            "excerpt-into-loading",
+        );
+        excerpts.push(Excerpt::into_loading(name, key, &rough, rubbing));
         let (name, key) = ("pouring until its most steps", "excerpt-most-steps");
         excerpts.push(Excerpt::new(name, key, smooth, pouring.clone()).to_most_steps());
         let (name, key) = ("pouring that was livelier before", "excerpt-seen");

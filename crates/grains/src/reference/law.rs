@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::hint::black_box;
 
 use super::touch::Touch;
-use super::{Ids, Memory, Motion, Reference, series};
+use super::{Ids, Memory, Motion, Placed, Reference, series};
 use crate::model::Solid;
 use crate::rules::{
     Arms, ArmsAtWalls, ConstantMoment, LimitFrom, MomentLimit, MomentTurn, MomentsAtWalls,
@@ -276,8 +276,21 @@ impl Reference {
                     WallRadius::Flat if first != Body::Grain => two,
                     _ => one * two / (one + two),
                 };
-                let [[k_n, _], [_, k_s]] = [(of_normal, radii), (of_tangential, tangential_radii)]
-                    .map(|([one, two], radii)| one.hertz_mindlin(two, mixed(radii)));
+                let [[k_n, _], [_, mut k_s]] =
+                    [(of_normal, radii), (of_tangential, tangential_radii)]
+                        .map(|([one, two], radii)| one.hertz_mindlin(two, mixed(radii)));
+                if self.variant.taken_for(Input::PoissonsOverShear).is_some() {
+                    let own = of_tangential.map(|solid| solid.poissons_ratio);
+                    // 2/G* with these ν beside the materials' G.
+                    let give = |ratios: [f64; 2]| -> f64 {
+                        let both = of_tangential.iter().zip(ratios);
+                        both.map(|(solid, ratio)| {
+                            (2.0 - ratio) * (1.0 + solid.poissons_ratio) / solid.modulus
+                        })
+                        .sum()
+                    };
+                    k_s *= give(own) / give(self.numbers(Input::PoissonsOverShear, own));
+                }
                 let energy = law.contact.adhesion.unwrap_or(0.0);
                 let radius = mixed(self.numbers(Input::AdhesionRadii, radii));
                 let pull = match law.holds() {
@@ -430,6 +443,10 @@ impl Reference {
             let own = obstacle().map_or(NONE, |obstacle| obstacle.motion.velocity);
             (one.velocity, one.spin) = (own, NONE);
         }
+        if touch.first == Body::Wall && self.has(Form::ObstacleTurnsAboutOrigin) {
+            let about = |obstacle: &Placed| cross(obstacle.motion.spin, obstacle.motion.place);
+            one.velocity = plus(one.velocity, obstacle().map_or(NONE, about));
+        }
         if touch.first == Body::Wall && self.has(Form::ObstacleVelocityUnfelt) {
             let own = obstacle().map_or(NONE, |obstacle| obstacle.motion.velocity);
             one.velocity = minus(one.velocity, own);
@@ -537,7 +554,10 @@ impl Reference {
             rolling.map_or([NONE; 2], |rolling| {
                 let limit = rolling.limit.filter(|_| limited);
                 let rolling = Rolling { limit, ..rolling };
-                self.moments(&rolling, touch, on, (&pair, &strength), force, memory)
+                let constants = (&pair, &strength);
+                let [bending, twisting, _] =
+                    self.moments(&rolling, touch, on, constants, force, memory);
+                [bending, twisting]
             })
         };
         let moments = |limited: bool, memory: Option<&Memory>| moments_of(on, limited, memory);
@@ -665,12 +685,12 @@ impl Reference {
         let (shear, kept, slides) =
             self.shear(touch, on, (&pair, &strength), normal_force, remembered);
         let force = plus(normal_force, shear);
-        let [bending, twisting] = match self.constants.law.contact.rolling {
+        let [bending, twisting, kept_bending] = match self.constants.law.contact.rolling {
             Some(rolling) => {
                 let constants = (&pair, &strength);
                 self.moments(&rolling, touch, on, constants, normal_force, remembered)
             }
-            None => [NONE; 2],
+            None => [NONE; 3],
         };
         Action {
             force,
@@ -680,7 +700,7 @@ impl Reference {
                 ids,
                 normal: touch.normal,
                 shear: kept,
-                bending,
+                bending: kept_bending,
                 twisting,
                 slides,
                 pair,
@@ -764,13 +784,13 @@ impl Reference {
         constants: (&Pair, &Strength),
         normal_force: Vector,
         remembered: Option<&Memory>,
-    ) -> [Vector; 2] {
+    ) -> [Vector; 3] {
         let is_flat = touch.first != Body::Grain;
         let is_free = self.looks.is_none()
             && self.rules().moment_limit == MomentLimit::AsFriction
             && self.pressing(constants.0, constants.1, normal_force) <= 0.0;
         if is_free || is_flat && self.rules().moments_at_walls == MomentsAtWalls::None {
-            return [NONE; 2];
+            return [NONE; 3];
         }
         let relative = minus(on[1].spin, on[0].spin);
         let twist = times(dot(relative, touch.normal), touch.normal);
@@ -784,16 +804,22 @@ impl Reference {
                     cross(touch.normal, turned(cross(memory.bending, memory.normal)))
                 }
             };
-            [bending, self.turned_along(memory, touch, on)]
+            let twisting = match self.has(Form::TwistingNotTurned) {
+                true => memory.twisting,
+                false => self.turned_along(memory, touch, on),
+            };
+            [bending, twisting]
         });
         let grown = |before: Vector, stiffness: f64, rate: Vector| {
             minus(before, times(stiffness, times(self.constants.dt, rate)))
         };
         let mut twisting = grown(before[1], rolling.twisting_stiffness, twist);
         let most = self.most_moment(rolling, touch, constants, normal_force);
+        let mut kept = None;
         let bending = match rolling.bending_stiffness {
             Some(stiffness) => {
                 let bending = grown(before[0], stiffness, rolls);
+                kept = self.has(Form::MomentKeptUnlimited).then_some(bending);
                 let size = norm(bending);
                 match self.looks.is_none() && size > most {
                     true => times(most / size, bending),
@@ -815,7 +841,7 @@ impl Reference {
         if self.has(Form::TwistingLimited) && size > most {
             twisting = times(most / size, twisting);
         }
-        [bending, twisting]
+        [bending, twisting, kept.unwrap_or(bending)]
     }
 
     /// The tangential force on body 2, N, what its spring remembers of it, and whether it was cut and a dashpot left out.

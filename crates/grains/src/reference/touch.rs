@@ -9,7 +9,7 @@ use crate::rules::{Slip, SlipAtWalls, WallStiffness};
 use crate::scene::Springs;
 use crate::tables::{Body, Punch};
 use crate::variant::Form;
-use crate::vector::{Vector, in_plane, minus, norm, plus, times};
+use crate::vector::{Vector, dot, in_plane, minus, norm, plus, times};
 
 /// Where two bodies touch; the normal points from body 1 to body 2.
 #[derive(Clone, Copy)]
@@ -118,7 +118,16 @@ impl Reference {
         let grain = ids.1 as usize;
         let (place, radius) = (self.motions[grain].place, self.sizes.radius[grain]);
         let (obstacle, least) = (self.obstacle_of(ids.0)?, self.least_overlap(ids));
-        let place = obstacle.touch(place, radius, least)?;
+        let centre = place;
+        let mut place = obstacle.touch(centre, radius, least)?;
+        if let Some(face) = obstacle
+            .face()
+            .filter(|_| self.has_at(ids, Form::EdgesAsFaces))
+        {
+            place.normal = times(dot(face, place.normal).signum(), face);
+            let arm = times(radius - 0.5 * place.overlap, place.normal);
+            place.point = minus(centre, arm);
+        }
         let slip = match place.kind {
             Kind::Plane => self.rules().slip,
             Kind::Triangle | Kind::BoxFromOutside => Slip::ContactPoint,
@@ -285,10 +294,25 @@ impl Reference {
         if !self.constants.law.holds() {
             return 0.0;
         }
+        if self.has_at(ids, Form::LetGoAtTouch) {
+            return 0.0;
+        }
+        if self.has_at(ids, Form::HeldBeforeTouch) {
+            return self.pair(ids).least_overlap();
+        }
         let memory = self
             .memories
             .binary_search_by_key(&ids, |memory| memory.ids);
         memory.map_or(0.0, |at| self.memories[at].pair.least_overlap())
+    }
+
+    /// Whether these bodies' contact has this form.
+    fn has_at(&self, ids: Ids, form: Form) -> bool {
+        let first = self.constants.ids.body(ids.0);
+        let there = self.there.as_ref().filter(|there| there.alone.is_at(first));
+        there
+            .map_or(&self.variant, |there| &there.variant)
+            .has(form)
     }
 
     /// How far apart surfaces may be at most that adhesion holds, m.

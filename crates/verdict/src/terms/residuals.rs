@@ -223,6 +223,8 @@ impl<'a> Follower<'a> {
         for (first, second) in past.keys() {
             *walls_before.entry(*second).or_default() += u32::from(case.wall(*first).is_some());
         }
+        // What a number that is kept for a list of contacts, and not for each, may be of.
+        let (mut first_of_body, mut last) = ((u32::MAX, 0.0), None);
         for row in Table::from(now).rows() {
             let (contact, ids) = (row.contact, row.ids());
             while own.next_if(|own| own.ids() < ids).is_some() {}
@@ -303,12 +305,24 @@ impl<'a> Follower<'a> {
             let [r1, r2] = parts.radii;
             let m2 = case.bodies.mass[ids.1 as usize];
             let m1 = case.bodies.mass.get(ids.0 as usize).copied().unwrap_or(m2);
+            let both = r1 * r2 / (r1 + r2);
+            if first_of_body.0 != ids.0 {
+                first_of_body = (ids.0, both);
+            }
             let sizes = vec![
                 ("u", u),
                 ("R₁", r1),
                 ("R₂", r2),
                 ("(R₁ + R₂)", r1 + r2),
-                ("R₁R₂/(R₁ + R₂)", r1 * r2 / (r1 + r2)),
+                ("R₁R₂/(R₁ + R₂)", both),
+                (
+                    "R₁R₂/(R₁ + R₂) of the first contact of the same body 1 in the table",
+                    first_of_body.1,
+                ),
+                (
+                    "R₁R₂/(R₁ + R₂) of the contact before in the table",
+                    last.replace(both).unwrap_or(both),
+                ),
                 ("min(R₁, R₂)", r1.min(r2)),
                 ("max(R₁, R₂)", r1.max(r2)),
                 ("m₁m₂/(m₁ + m₂)", m1 * m2 / (m1 + m2)),
@@ -541,7 +555,12 @@ impl<'a> Follower<'a> {
             let sizes: f64 = now.contacts.iter().map(size).sum();
             let id = case.ids().punch();
             let at_punch = now.contacts.iter().filter(|contact| contact.id1 == id);
-            let on_punch = -at_punch.map(|contact| contact.force()[1]).sum::<f64>();
+            let on_punch = -at_punch
+                .clone()
+                .map(|contact| contact.force()[1])
+                .sum::<f64>();
+            let along = |contact: &Contact| contact.normal_force * contact.normal[1];
+            let by_normals = -at_punch.map(along).sum::<f64>();
             if !case.bodies.in_space() {
                 rows.entry((PUNCH, 2)).or_default().push(Row {
                     at: (self.run, at),
@@ -550,6 +569,7 @@ impl<'a> Follower<'a> {
                     least: ROUNDED * (on_punch.abs() + punch.force.abs() + 1.0e-6 * sizes),
                     terms: terms! {
                         "the sum of its contacts' forces", 1.0 => [on_punch, 0.0, 0.0];
+                        "the sum of its contacts' tangential forces", 1.0 => [on_punch - by_normals, 0.0, 0.0];
                         "the sum of the sizes of all contacts' forces", 0.0 => [sizes, 0.0, 0.0];
                     },
                     sizes: Vec::new(),
