@@ -4,7 +4,7 @@ use crossgrain::limits::stability::time_step::share_of_limit;
 use crossgrain::report;
 use crossgrain::study::candidates::judge::{Candidates, Verdict};
 use crossgrain::study::candidates::{PRINTED, Plan, reasons};
-use crossgrain::study::change::{Change, changed};
+use crossgrain::study::change::{Change, What, changed};
 use crossgrain::study::folder::StudyFolder;
 use crossgrain::study::member::{Beds, Member, Members, of_one_bed};
 use crossgrain::study::realization::{
@@ -71,7 +71,7 @@ fn the_step_of_the_settings_is_stable_with_friction() {
     at[2] = 0.5;
     at[OF_POURING - 1] = 0.0;
     for (step, wanted) in [(STEP, 0.6..1.0), (0.45, 1.0..1.5)] {
-        let scene = changed(scene(&base(true), &at), &[("step", step)]);
+        let scene = changed(scene(&base(true), &at), &[(What::Step, step)]);
         let task = Task::settle(initial_bodies(&scene));
         let bed = native_outcome(&unobserved(&scene), &task, None)
             .0
@@ -177,7 +177,7 @@ fn whole(specification: &Specification) -> Member {
 fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
     for mut scene in [small_scene(), frictional_scene()] {
         scene.loading.give_up_depth = 0.02;
-        let scenes = [&[][..], &[("punch_speed", 0.3)], &[("hold", 0.01)]];
+        let scenes = [&[][..], &[(What::PunchSpeed, 0.3)], &[(What::Hold, 0.01)]];
         let [first, fast, held] = scenes.map(|changes| changed(scene.clone(), changes));
         // The bed is poured in the first scene, which may be one in which nothing turns.
         let mut rough = first.clone();
@@ -202,9 +202,12 @@ fn friction_bears_the_punch_earlier() {
     let mut base = small_scene();
     base.loading.give_up_depth = 0.04;
     base.loading.pressure *= 0.25;
-    let slow = changed(base, &[("punch_speed", 0.02)]);
+    let slow = changed(base, &[(What::PunchSpeed, 0.02)]);
     let without = whole(&Specification::native(slow.clone()));
-    let with = whole(&Specification::native(changed(slow, &[("friction", 0.5)])));
+    let with = whole(&Specification::native(changed(
+        slow,
+        &[(What::Friction, 0.5)],
+    )));
     let endings = [&with, &without].map(|member| member.ending.clone());
     assert_eq!(endings, [Ending::Reached, Ending::Reached]);
     assert!(with.load_steps < without.load_steps);
@@ -257,8 +260,8 @@ fn three_settings(clouds: u64) -> Plan {
     };
     let speed = "punch speed and damping";
     let sound = setting("as it is", PRINTED, &[]);
-    let slow = setting("slow", speed, &[("punch_speed", 0.02)]);
-    let early = setting("hardly settled", "settle rule", &[("settled", 0.05)]);
+    let slow = setting("slow", speed, &[(What::PunchSpeed, 0.02)]);
+    let early = setting("hardly settled", "settle rule", &[(What::Settled, 0.05)]);
     let beds = Beds(vec![vec![sound, slow], vec![early]]);
     Plan {
         beds,

@@ -5,7 +5,7 @@ mod external;
 use crossgrain::engine::exec::ExternalEngine;
 use crossgrain::report;
 use crossgrain::reproduce::record::Beside;
-use crossgrain::study::change::{Change, changed};
+use crossgrain::study::change::{Change, What, changed};
 use crossgrain::study::folder::{AnyStudy, Job, StudyFolder};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::{Engines, Runner, Specification};
@@ -167,8 +167,8 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
 #[test]
 fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     let methods = [
-        ("same-physics", ("step", 0.4)),
-        ("hardly-settled", ("settled", 0.05)),
+        ("same-physics", (What::Step, 0.4)),
+        ("hardly-settled", (What::Settled, 0.05)),
     ];
     let plan = plan(&methods, 3);
     let count = plan.count();
@@ -251,8 +251,8 @@ fn runs_without_yade_say_so_and_are_not_complete() {
 #[test]
 fn heights_of_beds_of_other_depths_are_not_compared() {
     let methods = [
-        ("half-as-deep", ("depth", 0.5)),
-        ("softer", ("modulus", 0.1)),
+        ("half-as-deep", (What::Depth, 0.5)),
+        ("softer", (What::Modulus, 0.1)),
     ];
     let (_place, folder) = made(plan(&methods, 0));
     let record = record(&folder);

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use serde::{Deserialize, Serialize};
 
 use crate::study::candidates::judge::Candidates;
-use crate::study::change::{Change, changed};
+use crate::study::change::{Change, What, changed};
 use crate::study::member::{Beds, MIRRORED, Members, OfBeds};
 use crate::study::realization::{LAWS, Setting, Specification};
 use crate::study::search::matching::{Search, keep};
@@ -58,9 +58,9 @@ impl Plan {
         let setting = |id: &str, name: &str, scene: Scene| {
             Setting::new(id, name, "candidates", Specification::native(scene), clouds)
         };
-        let frictional = changed(base.clone(), &[("friction_in_loading", FRICTION)]);
-        let stiff = changed(frictional.clone(), &[("blocked_in_loading", 1.0)]);
-        let poured = changed(base.clone(), &[("friction", FRICTION)]);
+        let frictional = changed(base.clone(), &[(What::FrictionInLoading, FRICTION)]);
+        let stiff = changed(frictional.clone(), &[(What::BlockedInLoading, 1.0)]);
+        let poured = changed(base.clone(), &[(What::Friction, FRICTION)]);
         let name = format!("friction {FRICTION} rad in loading");
         let without = format!("{name}, grains do not turn");
         let in_both = format!("friction {FRICTION} rad in both stages");
@@ -70,10 +70,10 @@ impl Plan {
             vec![frictional, setting("blocked", &without, stiff)],
             vec![setting("poured", &in_both, poured)],
         ];
-        let rest = changed(base, &[("settled", REST)]);
+        let rest = changed(base, &[(What::Settled, REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
-        let rough = changed(rest.clone(), &[("friction_in_loading", FRICTION)]);
-        let stiff = changed(rough.clone(), &[("blocked_in_loading", 1.0)]);
+        let rough = changed(rest.clone(), &[(What::FrictionInLoading, FRICTION)]);
+        let stiff = changed(rough.clone(), &[(What::BlockedInLoading, 1.0)]);
         let stiffly = "with friction, grains do not turn";
         for (kind, words, scene, speeds) in [
             ("rest", "without friction", rest, FEW),
@@ -81,7 +81,7 @@ impl Plan {
             ("rest-blocked", stiffly, stiff, FEW),
         ] {
             let settings = SPEEDS.iter().take(speeds).map(|speed| {
-                let scene = changed(scene.clone(), &[("punch_speed", *speed)]);
+                let scene = changed(scene.clone(), &[(What::PunchSpeed, *speed)]);
                 let name = format!("bed at rest, {words}, {speed} m/s");
                 setting(&format!("{kind}-{speed}"), &name, scene)
             });
@@ -180,7 +180,7 @@ struct Choice {
     name: &'static str,
     unit: &'static str,
     reason: &'static str,
-    change: &'static str,
+    change: What,
     values: Vec<f64>,
     /// With `--quick`.
     #[serde(default)]
@@ -250,7 +250,7 @@ impl Plan {
         };
         for alpha in alphas {
             for speed in speeds {
-                let changes = [("alpha", *alpha), ("punch_speed", *speed)];
+                let changes = [(What::Alpha, *alpha), (What::PunchSpeed, *speed)];
                 let id = format!("speed-{speed}-alpha-{alpha}");
                 let name = format!("{speed} m/s, α = {alpha}");
                 add(&id, &name, SPEED_AND_DAMPING, &[*speed, *alpha], &changes);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::table::Table;
 use crate::document::{Document, Section};
-use crate::study::change::changed;
+use crate::study::change::{What, changed};
 use crate::study::member::{ANGLE, Beds, Endings, Member, Members, OfBeds};
 use crate::study::realization::{Setting, Specification, small_scene};
 use crate::study::tradeoff::judge::{Difference, Margin, QUANTITIES, difference, word};
@@ -52,8 +52,12 @@ pub struct Plan {
 
 impl Plan {
     pub fn new(clouds: u64) -> Self {
-        let changes = [("friction", 0.5), ("step", 0.3), ("dashpots", 0.5)];
-        let mut bed = changed(changed(small_scene(), &[("width", 0.5)]), &changes);
+        let changes = [
+            (What::Friction, 0.5),
+            (What::Step, 0.3),
+            (What::Dashpots, 0.5),
+        ];
+        let mut bed = changed(changed(small_scene(), &[(What::Width, 0.5)]), &changes);
         bed.settle.max_steps = MOST_STEPS;
         let example = include_str!("../../examples/column-collapse.json");
         let column = parse_scene(example).unwrap_or_else(|_| bed.clone());

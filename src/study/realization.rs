@@ -7,7 +7,7 @@ use crate::engine::exec::ExternalEngine;
 use crate::engine::{Engine, Part, ProgramError, yade};
 use crate::files::sha256_hex;
 use crate::run::EngineError;
-use crate::study::change::{GRAINS, changed};
+use crate::study::change::{GRAINS, What, changed};
 use evidence::distribution::{self, Family};
 use evidence::moments;
 use grains::generate::initial_bodies;
@@ -375,7 +375,7 @@ impl Specification {
 
     /// The scene poured softly in the native engine.
     pub fn soft(scene: &Scene, softly: &Softly) -> Self {
-        let longer = changed(scene.clone(), &[("step", softly.step)]);
+        let longer = changed(scene.clone(), &[(What::Step, softly.step)]);
         Specification {
             phases: softly.phases(scene),
             ..Specification::native(longer)
@@ -481,7 +481,7 @@ pub fn whole_scene() -> Scene {
 
 /// The paper's scene, 0.4 m wide with half of the depth and the points at half the distances.
 pub fn small_scene() -> Scene {
-    let mut scene = changed(whole_scene(), &[("width", 0.4), ("depth", 0.5)]);
+    let mut scene = changed(whole_scene(), &[(What::Width, 0.4), (What::Depth, 0.5)]);
     for point in &mut scene.control_points {
         point.offset *= 0.5;
     }
@@ -491,7 +491,7 @@ pub fn small_scene() -> Scene {
 /// The paper's scene with the fast protocol's step: that of the candidate that was tested to be equivalent.
 pub fn fast_scene(realization: u64, grains: u32) -> Scene {
     let paper = paper_scene(realization, grains);
-    let mut scene = changed(paper, &[("step", FAST_STEP)]);
+    let mut scene = changed(paper, &[(What::Step, FAST_STEP)]);
     let reason = format!(
         "not printed; {FAST_STEP} of sqrt(m/k) was tested to be equivalent to 0.45 (docs/tradeoff.md)"
     );

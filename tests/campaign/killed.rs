@@ -5,7 +5,7 @@ use super::{
     plan, records,
 };
 use crossgrain::limits::stability::Stability;
-use crossgrain::study::change::changed;
+use crossgrain::study::change::{What, changed};
 use crossgrain::study::realization::{Runner, Setting, Specification};
 use crossgrain::study::{Study, candidates, create, search, tradeoff};
 use crossgrain::study::{campaign::Campaign, folder::StudyFolder, member::Beds};
@@ -129,7 +129,7 @@ fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() 
         scene.settle.kinetic_energy_fraction = 0.01;
         scene
     };
-    let early = || changed(scene(), &[("settled", 0.05)]);
+    let early = || changed(scene(), &[(What::Settled, 0.05)]);
     std::thread::scope(|all| {
         all.spawn(|| survives_kills(|| Campaign::new(&scene(), Runner::Native, Vec::new(), 60, 1)));
         all.spawn(|| {

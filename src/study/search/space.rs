@@ -3,7 +3,7 @@
 use grains::scene::{ControlPoint, Scene};
 
 use crate::document::rounded;
-use crate::study::change::changed;
+use crate::study::change::{What, changed};
 use crate::study::member::MIRRORED;
 use crate::study::realization::{small_scene, whole_scene};
 
@@ -12,7 +12,7 @@ pub struct Axis {
     /// With its unit after the last comma.
     pub name: &'static str,
     /// What a value of it changes.
-    change: &'static str,
+    change: What,
     pub scale: Scale,
 }
 
@@ -49,7 +49,7 @@ const SURFACE: Scale = Scale::OneOf(&[
     ("twice the centre of mass", 2.0),
 ]);
 
-const fn axis(name: &'static str, change: &'static str, scale: Scale) -> Axis {
+const fn axis(name: &'static str, change: What, scale: Scale) -> Axis {
     Axis {
         name,
         change,
@@ -59,18 +59,30 @@ const fn axis(name: &'static str, change: &'static str, scale: Scale) -> Axis {
 
 /// Table 2 prints φ = 0; its friction is doubted, since with friction in loading the load is borne at millimetres.
 pub const AXES: [Axis; 12] = [
-    axis("friction in pouring, rad", "friction", FRICTION),
-    axis("k_s/k_n", "stiffness_ratio", Scale::Even([0.1, 1.0])),
-    axis("settled at kinetic energy over its peak", "settled", REST),
-    axis("damping α of pouring", "alpha", ALPHA),
-    axis("mean diameter, mm", "diameter", Scale::Even([9.0, 10.2])),
-    axis("normal stiffness of Eq. 4", "modulus", STIFFNESS),
-    axis("friction turns grains", "blocked", TURNS),
-    axis("friction in loading, rad", "friction_in_loading", FRICTION),
-    axis("speed of the punch, m/s", "punch_speed", SPEED),
-    axis("damping α of loading", "alpha_in_loading", ALPHA),
-    axis("measured", "hold", MEASURED),
-    axis("depth counted from", "surface", SURFACE),
+    axis("friction in pouring, rad", What::Friction, FRICTION),
+    axis("k_s/k_n", What::StiffnessRatio, Scale::Even([0.1, 1.0])),
+    axis(
+        "settled at kinetic energy over its peak",
+        What::Settled,
+        REST,
+    ),
+    axis("damping α of pouring", What::Alpha, ALPHA),
+    axis(
+        "mean diameter, mm",
+        What::Diameter,
+        Scale::Even([9.0, 10.2]),
+    ),
+    axis("normal stiffness of Eq. 4", What::Modulus, STIFFNESS),
+    axis("friction turns grains", What::Blocked, TURNS),
+    axis(
+        "friction in loading, rad",
+        What::FrictionInLoading,
+        FRICTION,
+    ),
+    axis("speed of the punch, m/s", What::PunchSpeed, SPEED),
+    axis("damping α of loading", What::AlphaInLoading, ALPHA),
+    axis("measured", What::Hold, MEASURED),
+    axis("depth counted from", What::Surface, SURFACE),
 ];
 
 impl Scale {
@@ -201,7 +213,7 @@ pub fn printed(quick: bool) -> Scene {
 
 /// The same with a step that is stable for all settings.
 pub fn base(quick: bool) -> Scene {
-    changed(printed(quick), &[("step", STEP)])
+    changed(printed(quick), &[(What::Step, STEP)])
 }
 
 /// With the points beside the punch on its other side too.

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::exec::{Description, missing_for_scene};
-use crate::study::change::{Change, changed};
+use crate::study::change::{Change, What, changed};
 use crate::study::realization::{
     FAST_STEP, Runner, Setting, Specification, small_scene, whole_scene,
 };
@@ -44,7 +44,7 @@ const SHORT_STEP: f64 = 0.225;
 pub const FRICTIONAL: &str = "friction";
 /// Angle of friction between grains in both stages, rad, and dt over √(m/k) of that reference: 0.45 is just beyond the largest
 /// stable step where grains with friction can turn, and at 0.65 they do not come to rest.
-const WITH_FRICTION: [Change; 2] = [("friction", 0.5), ("step", 0.3)];
+const WITH_FRICTION: [Change; 2] = [(What::Friction, 0.5), (What::Step, 0.3)];
 
 /// One of the methods that are compared in the native engine: `methods.json`, read, in the order of tables.
 #[derive(Deserialize)]
@@ -71,7 +71,7 @@ struct Method {
 #[serde(rename_all = "snake_case")]
 enum How {
     /// By the engine's own rules.
-    Changes(#[serde(borrow)] Vec<(&'static str, f64)>),
+    Changes(Vec<Change>),
     /// Poured softer by a factor until a share of the largest kinetic energy, and stiffened in steps of `ratio`.
     Softly {
         softer: f64,
@@ -258,7 +258,7 @@ impl Plan {
                 };
                 let (mut id, mut name) = (format!("{base}external"), format!("{label}{of_base}"));
                 if let Some(step) = step {
-                    specification.scene = changed(specification.scene, &[("step", step)]);
+                    specification.scene = changed(specification.scene, &[(What::Step, step)]);
                     id += &format!("-step-{step}");
                     name += &format!(", step {step}");
                 }
