@@ -9,8 +9,8 @@ use crate::engine::{Description, Engine, EngineError, Part, ProgramError};
 use crate::files::work_folder;
 use grains::native::NativeError;
 use grains::rules::{CATALOGUE, Choice, Rule};
-use grains::tables::Snapshot;
-use grains::task::Case;
+use grains::tables::{Snapshot, Stage};
+use grains::task::{Case, Task, Until};
 use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, Farthest, REPLICAS};
@@ -264,6 +264,11 @@ fn by_halves(engine: &dyn Engine, cases: &[&Case]) -> Result<Vec<Answer>, Engine
     Ok(answers)
 }
 
+/// Whether it has both stages. An engine without constants of its own for loading need not go on into it.
+fn goes_on(task: &Task) -> bool {
+    (task.start.stage, task.until) == (Stage::Settle, Until::EndOfLoading)
+}
+
 /// Judges the engine against what is known of a bed.
 pub fn from_bed(
     reference: &Reference,
@@ -286,6 +291,7 @@ pub fn from_bed(
         &mut run,
         progress,
     )?;
+    let has_stages = engine.describe()?.has(Part::Stages);
     let nobody_to_ask = found.starts.iter().all(|start| start.skipped.is_some());
     let has_run = |asked: &Excerpt, excerpt: &Excerpt| {
         engine.lacks(&asked.scene, &asked.task).is_none() && !excerpt.has_no_run()
@@ -305,7 +311,13 @@ pub fn from_bed(
             }
             None => {
                 let moments = together.next().map(|seen| Ok(Ok(seen)));
-                let judged = match moments.unwrap_or_else(|| run_excerpt(engine, asked)) {
+                let answer = moments.unwrap_or_else(|| run_excerpt(engine, asked));
+                if matches!(answer, Ok(Err(_))) && goes_on(&asked.task) && !has_stages {
+                    let lacking = "loading that goes on from settling with friction";
+                    found.not_asked.push(excerpt.not_asked(lacking.to_owned()));
+                    continue;
+                }
+                let judged = match answer {
                     // What is wrong with it is known, and may well end its run.
                     Err(error) if found.verdict() == Verdict::Different => {
                         excerpt.failed(error.to_string())

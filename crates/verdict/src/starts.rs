@@ -367,7 +367,13 @@ impl Bed {
         excerpts.push(Excerpt::new(name, key, &rough, rubbing.clone()));
         let key = "excerpt-stages";
         let name = "pouring with friction, then loading with other constants";
-        excerpts.push(Excerpt::into_loading(name, key, &staged, rubbing));
+        excerpts.push(Excerpt::into_loading(name, key, &staged, rubbing.clone()));
+        // For engines too that have no constants of their own for loading.
+        let (name, key) = (
+            "pouring with friction, then loading",
+            "excerpt-into-loading",
+        );
+        excerpts.push(Excerpt::into_loading(name, key, &rough, rubbing));
         let (name, key) = ("pouring until its most steps", "excerpt-most-steps");
         excerpts.push(Excerpt::new(name, key, smooth, pouring.clone()).to_most_steps());
         let (name, key) = ("pouring that was livelier before", "excerpt-seen");
@@ -682,6 +688,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use grains::task::Until;
 
     #[test]
     fn dashpots_are_three_tenths_of_what_lets_two_grains_part_without_a_bounce() {
@@ -695,5 +702,26 @@ mod tests {
         };
         let share = c_n / (2.0 * (half_mass * stiffness).sqrt());
         assert!((share - 0.3).abs() < 1.0e-12, "{share}");
+    }
+
+    /// What contacts remember when loading begins is asked of engines too that have no constants of their own for it.
+    #[test]
+    fn settling_goes_on_into_loading_with_friction_and_the_same_constants() {
+        let bed = Bed::new(100, DISPERSION).expect("a bed");
+        let excerpts = bed.excerpts().expect("they run");
+        let goes_on = |excerpt: &&Excerpt| {
+            let (scene, task) = (&excerpt.scene, &excerpt.task);
+            let from = (task.start.stage, task.until) == (Stage::Settle, Until::EndOfLoading);
+            from && scene.material.friction_angle > 0.0 && !scene.has_stages()
+        };
+        let into_loading = excerpts.iter().find(goes_on).expect("one goes on");
+        let moments = into_loading.native(None).expect("it runs");
+        let first = moments.iter().find(|moment| moment.stage == Stage::Load);
+        let contacts = &first.expect("loading begins").contacts;
+        assert!(
+            contacts
+                .iter()
+                .any(|contact| contact.tangential_force != 0.0)
+        );
     }
 }
