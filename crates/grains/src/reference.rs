@@ -7,6 +7,8 @@ pub(crate) use law::energy_of_jkr;
 pub use law::{Parts, Told};
 mod linear;
 pub use linear::Linear;
+mod made;
+pub use made::{Ingredient, Made, Makes, OF_FORCES, OF_TORQUES};
 pub(crate) mod space;
 mod touch;
 

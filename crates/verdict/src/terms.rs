@@ -29,6 +29,7 @@ macro_rules! terms {
     ($($words:expr, $usual:expr => $value:expr;)*) => { vec![$(($words, $usual, $value)),*] };
 }
 
+mod elsewhere;
 mod fit;
 mod motion;
 mod place;
@@ -50,6 +51,8 @@ struct Row {
     marks: Marks,
     /// What it is between, where that is not the same for all.
     between: String,
+    /// By how much it would be another one with each thing from elsewhere, where that is looked at.
+    elsewhere: Vec<Vector>,
 }
 
 /// What contacts are: some of these.
@@ -127,7 +130,7 @@ quantities! {
     SPINS_NEAR_LIMIT "spins of grains with a moment near the limit of rolling";
 }
 
-use fit::explained;
+use fit::{Explained, explained};
 use residuals::Follower;
 use seen::Seen;
 
@@ -166,22 +169,38 @@ pub(crate) fn found(
     made_under: Option<&Case>,
     moves: bool,
 ) -> Found {
-    let all = in_parallel(runs.len(), |run| {
-        let (case, moments) = runs[run];
-        let mut rows = Rows::new();
-        let mut follower = Follower::new(case, run);
-        follower.follow(moments, made_under, &mut rows);
-        (rows, follower.seen)
-    });
-    let (mut rows, mut seen) = (Rows::new(), Seen::default());
-    for (of_run, seen_there) in all {
-        seen.add(seen_there);
-        for (key, of_run) in of_run {
-            rows.entry(key).or_default().extend(of_run);
+    let follow = |looks_elsewhere: bool| {
+        let all = in_parallel(runs.len(), |run| {
+            let (case, moments) = runs[run];
+            let mut rows = Rows::new();
+            let mut follower = Follower::new(case, run, looks_elsewhere);
+            follower.follow(moments, made_under, &mut rows);
+            (rows, follower.seen)
+        });
+        let (mut rows, mut seen) = (Rows::new(), Seen::default());
+        for (of_run, seen_there) in all {
+            seen.add(seen_there);
+            for (key, of_run) in of_run {
+                rows.entry(key).or_default().extend(of_run);
+            }
         }
+        let keys: Vec<(usize, usize)> = rows.keys().copied().collect();
+        let said = in_parallel(keys.len(), |at| {
+            explained(keys[at].0, &rows[&keys[at]], runs)
+        });
+        (rows, seen, keys, said)
+    };
+    let mut followed = follow(false);
+    let (rows, _, keys, said) = &followed;
+    // It takes some seconds, and no formula is told by it.
+    let lacks_formula = |(key, said): (&(usize, usize), &Option<Explained>)| {
+        let is_plain = said.as_ref().is_some_and(|said| said.is_plain);
+        !is_plain && rows[key].iter().any(|row| row.ratio() > PLAIN)
+    };
+    if keys.iter().zip(said).any(lacks_formula) {
+        followed = follow(true);
     }
-    let keys: Vec<(usize, usize)> = rows.keys().copied().collect();
-    let said = in_parallel(keys.len(), |at| explained(&rows[&keys[at]], runs));
+    let (rows, seen, keys, said) = followed;
     let is_off = |quantity: usize| {
         let mut kinds = rows.iter().filter(|(key, _)| key.0 == quantity);
         // Few may have remembered something that is not written.
@@ -207,11 +226,11 @@ pub(crate) fn found(
         };
         let lacks = said_of(NEW_STICKS)
             .flat_map(|(_, said)| said)
-            .any(|said| said.0.contains(DASHPOT));
+            .any(|said| said.said.contains(DASHPOT));
         let mut later = said_of(STICKING).flat_map(|(_, said)| said).peekable();
         lacks
             && later.peek().is_some()
-            && later.all(|said| said.0.contains(KEPT_DASHPOT) && !said.1.is_empty())
+            && later.all(|said| said.said.contains(KEPT_DASHPOT) && !said.place.is_empty())
     };
     let slides_later = seen.slides_later().filter(|_| {
         let others = [NEW_STICKS, STICKING, NEW_SLIDES, SLIDING];
@@ -276,14 +295,18 @@ pub(crate) fn found(
             .any(|(key, _)| !rows[key].iter().any(Row::is_off));
         let mut seen: Vec<&String> = Vec::new();
         for (_, said) in &of_kinds {
-            let Some((said, place_of)) = said.as_ref().filter(|said| !seen.contains(&&said.0))
+            let is_new = |said: &&Explained| !seen.contains(&&said.said);
+            let Some(Explained {
+                said,
+                place: place_of,
+                ..
+            }) = said.as_ref().filter(is_new)
             else {
                 continue;
             };
             seen.push(said);
-            let is_same = |other: &Option<(String, String)>| {
-                other.as_ref().is_some_and(|other| other.0 == *said)
-            };
+            let is_same =
+                |other: &Option<Explained>| other.as_ref().is_some_and(|other| other.said == *said);
             let same = of_kinds.iter().filter(|(_, other)| is_same(other));
             let kinds: Vec<&str> = same.map(|(key, _)| KINDS[key.1]).collect();
             let place = match quantity < VELOCITIES || quantity == NOT_CUT {
@@ -378,7 +401,7 @@ mod tests {
         for state in states() {
             let (case, run) = run(&state, &Variant::default());
             let mut rows = Rows::new();
-            Follower::new(&case, 0).follow(&run, None, &mut rows);
+            Follower::new(&case, 0, false).follow(&run, None, &mut rows);
             assert!(!rows.is_empty(), "{}", case.name);
             for ((quantity, kind), rows) in rows {
                 let off = rows.iter().filter(|row| row.is_off()).count();
@@ -394,6 +417,79 @@ mod tests {
             assert_eq!(found.terms, [""; 0], "{}", case.name);
             assert_eq!(found.unexplained, [""; 0], "{}", case.name);
         }
+    }
+
+    /// What a contact is made of makes what the terms of its law make, to the bit.
+    #[test]
+    fn what_contacts_are_made_of_makes_their_forces() {
+        for state in states() {
+            let (case, run) = run(&state, &Variant::default());
+            let first = &run[0];
+            let reference = grains::reference::Reference::holding(
+                &case.model,
+                &case.bodies,
+                case.punch,
+                &first.contacts,
+            );
+            let (contacts, _) = reference.contacts_with_across();
+            for contact in &contacts {
+                let told = (
+                    contact.normal_force,
+                    [0.0, 1.0e-3 * contact.normal_force, 0.0],
+                );
+                let parts = reference
+                    .parts(contact.ids(), told, None)
+                    .expect("they touch");
+                let made = reference
+                    .made_of(contact.ids(), told, None)
+                    .expect("they touch");
+                let makes = reference.makes(&made);
+                assert_eq!(makes.normal_force, parts.normal_force, "{}", case.name);
+                if case.model.law.has_friction() {
+                    assert_eq!(makes.tangential, parts.tangential, "{}", case.name);
+                }
+            }
+        }
+    }
+
+    /// Each contact has the stiffness of the first in the table of the same first body.
+    #[test]
+    fn what_is_taken_from_elsewhere_is_told_with_from_where() {
+        let states = states();
+        let is_smooth = |state: &&State| {
+            let law = &state.case.model.law;
+            !state.case.bodies.in_space() && !law.has_friction() && !law.has_dashpots()
+        };
+        let runs: Vec<(Case, Vec<Snapshot>)> = states
+            .iter()
+            .filter(is_smooth)
+            .map(|state| {
+                let (case, mut run) = run(state, &Variant::default());
+                let radius = &case.bodies.radius;
+                let of_both = |contact: &grains::tables::Contact| {
+                    let two = radius[contact.id2 as usize];
+                    let one = radius.get(contact.id1 as usize).copied().unwrap_or(two);
+                    one * two / (one + two)
+                };
+                for moment in &mut run {
+                    let mut first = (u32::MAX, 0.0);
+                    for contact in &mut moment.contacts {
+                        let both = of_both(contact);
+                        if first.0 != contact.id1 {
+                            first = (contact.id1, both);
+                        }
+                        if (contact.id1 as usize) < radius.len() {
+                            contact.normal_force *= first.1 / both;
+                        }
+                    }
+                }
+                (case, run)
+            })
+            .collect();
+        let found = found_in(&runs, false);
+        let told = found.terms.join("; ");
+        let words = "normal forces between grains alone: with k_n of the first contact of the same first body";
+        assert!(told.contains(words), "{told}");
     }
 
     fn first_moments(excerpt: &Excerpt) -> Vec<Snapshot> {

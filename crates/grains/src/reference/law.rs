@@ -89,6 +89,13 @@ pub(super) struct Strength {
     c_s: f64,
 }
 
+impl Strength {
+    /// With the dashpots of the other.
+    pub(super) fn take_dashpots(&mut self, other: &Strength) {
+        (self.c_n, self.c_s) = (other.c_n, other.c_s);
+    }
+}
+
 /// What a contact does in a step.
 pub(super) struct Action {
     /// On body 2, N.
@@ -131,6 +138,23 @@ pub struct Told {
     pub moments: [Vector; 2],
     pub without_limit: Vector,
     pub by_component: Vector,
+}
+
+impl Told {
+    /// What a contact of these bodies remembers that had this a step ago.
+    pub(super) fn memory(&self, ids: Ids, pair: Pair) -> Memory {
+        Memory {
+            normal: self.normal,
+            shear: match self.brakes {
+                true => minus(self.tangential, self.braking),
+                false => self.tangential,
+            },
+            k_s: self.k_s,
+            bending: self.moments[0],
+            twisting: self.moments[1],
+            ..Memory::new(ids, pair)
+        }
+    }
 }
 
 /// The terms of a contact's law, each by itself: forces on body 2, N.
@@ -349,7 +373,7 @@ impl Reference {
         self.strength_at(ids, touch.overlap, touch.first, pair)
     }
 
-    fn strength_at(&self, ids: Ids, u: f64, first: Body, pair: &Pair) -> Strength {
+    pub(super) fn strength_at(&self, ids: Ids, u: f64, first: Body, pair: &Pair) -> Strength {
         let constants = &self.constants;
         let contact = &constants.law.contact;
         let (elastic, k_n, k_s) = match contact.springs {
@@ -509,19 +533,10 @@ impl Reference {
         };
         let slips = [0, 1, 2].map(alone);
         let growth = strength.k_s * self.constants.dt;
-        let memory = before.map(|told| Memory {
-            normal: told.normal,
-            shear: match told.brakes {
-                true => minus(told.tangential, told.braking),
-                false => told.tangential,
-            },
-            k_s: told.k_s,
-            bending: told.moments[0],
-            twisting: told.moments[1],
-            ..Memory::new(ids, pair)
-        });
+        let memory = before.map(|told| told.memory(ids, pair));
+        let slip = self.slip(touch, on);
         let (tangential_by_law, ..) =
-            self.shear(touch, on, (&pair, &strength), told, memory.as_ref());
+            self.shear(touch, on, (&pair, &strength), told, memory.as_ref(), slip);
         let kept = memory.map_or(NONE, |memory| self.rescaled(&memory, &strength));
         let ([with, both], twists) = memory.map_or(([kept; 2], [NONE; 2]), |memory| {
             let turned = |has_spin: [bool; 2]| {
@@ -536,7 +551,7 @@ impl Reference {
             ([with, turned([true; 2])], alone)
         });
         let turns = [minus(with, kept), minus(both, with)];
-        let way = -self.slip(touch, on).1 * self.constants.dt;
+        let way = -slip.1 * self.constants.dt;
         let share = match self.rules().new_contact {
             _ if before.is_some() => 1.0,
             NewContact::SinceTouch if way > touch.overlap => touch.overlap / way,
@@ -644,11 +659,7 @@ impl Reference {
                 self.torques(touch, on, minus(trial, tangential))
             },
             late_torques: before.map_or([NONE; 2], |told| self.torques(touch, on, told.force)),
-            braking_torques: self.torques(
-                touch,
-                on,
-                self.braking(&strength, self.slip(touch, on).0),
-            ),
+            braking_torques: self.torques(touch, on, self.braking(&strength, slip.0)),
             moments: with_memory,
             rolling_alone,
             twist_as_rolling,
@@ -682,8 +693,15 @@ impl Reference {
                 }),
             };
         }
-        let (shear, kept, slides) =
-            self.shear(touch, on, (&pair, &strength), normal_force, remembered);
+        let slip = self.slip(touch, on);
+        let (shear, kept, slides) = self.shear(
+            touch,
+            on,
+            (&pair, &strength),
+            normal_force,
+            remembered,
+            slip,
+        );
         let force = plus(normal_force, shear);
         let [bending, twisting, kept_bending] = match self.constants.law.contact.rolling {
             Some(rolling) => {
@@ -710,7 +728,7 @@ impl Reference {
     }
 
     /// Spring, dashpot and adhesion, on body 2, N.
-    fn normal_force(
+    pub(super) fn normal_force(
         &self,
         touch: &Touch,
         on: [Motion; 2],
@@ -776,7 +794,7 @@ impl Reference {
     }
 
     /// Moments against rolling and twisting, on body 2, N·m.
-    fn moments(
+    pub(super) fn moments(
         &self,
         rolling: &Rolling,
         touch: &Touch,
@@ -844,14 +862,16 @@ impl Reference {
         [bending, twisting, kept.unwrap_or(bending)]
     }
 
-    /// The tangential force on body 2, N, what its spring remembers of it, and whether it was cut and a dashpot left out.
-    fn shear(
+    /// The tangential force on body 2 that slips so and parts so fast along the normal, N, what its spring remembers of it, and whether it
+    /// was cut and a dashpot left out.
+    pub(super) fn shear(
         &self,
         touch: &Touch,
         on: [Motion; 2],
         (pair, strength): (&Pair, &Strength),
         normal_force: Vector,
         remembered: Option<&Memory>,
+        (slip, along): (Vector, f64),
     ) -> (Vector, Vector, bool) {
         let dt = self.constants.dt;
         let before_turn = self.rules().slip_added == SlipAdded::BeforeTurn;
@@ -860,7 +880,6 @@ impl Reference {
             Some(memory) => self.turned(memory.normal, self.rescaled(memory, strength), touch, on),
             None => NONE,
         };
-        let (slip, along) = self.slip(touch, on);
         // The way since they met, over the way in this step.
         let mut share = 1.0;
         let way = -along * dt;

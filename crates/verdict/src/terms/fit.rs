@@ -7,6 +7,7 @@ use grains::task::Case;
 use grains::vector::{Vector, dot, hypot, minus, plus, times};
 use nalgebra::{DMatrix, DVector};
 
+use super::elsewhere;
 use super::place::place;
 use super::{DASHPOT, KEPT_DASHPOT, Of, PLAIN, ROUNDED, Row, Term};
 
@@ -47,23 +48,45 @@ impl Row {
 }
 
 /// What explains all rows of a kind, or all that are off, and which those are.
-pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(String, String)> {
+pub(super) struct Explained {
+    pub(super) said: String,
+    pub(super) place: String,
+    /// It is a formula, with no number of its own.
+    pub(super) is_plain: bool,
+}
+
+impl Explained {
+    fn plainly(said: impl Into<String>) -> Self {
+        Explained {
+            said: said.into(),
+            place: String::new(),
+            is_plain: true,
+        }
+    }
+}
+
+/// What explains all rows of a kind, or all that are off.
+pub(super) fn explained(
+    quantity: usize,
+    rows: &[Row],
+    runs: &[(&Case, &[Snapshot])],
+) -> Option<Explained> {
     let none = rows
         .iter()
         .filter(|row| !row.off.iter().all(|part| part.is_finite()))
         .count();
     if none > 0 {
-        return Some((
-            format!("{none} of {} are no numbers", rows.len()),
-            String::new(),
-        ));
+        return Some(Explained::plainly(format!(
+            "{none} of {} are no numbers",
+            rows.len()
+        )));
     }
     let off: Vec<&Row> = rows.iter().filter(|row| row.is_off()).collect();
     if in_single_precision(rows) {
-        return Some((IN_SINGLE_PRECISION.to_owned(), String::new()));
+        return Some(Explained::plainly(IN_SINGLE_PRECISION));
     }
     if let Some(said) = coarse(rows) {
-        return Some((said, String::new()));
+        return Some(Explained::plainly(said));
     }
     let plainly = off.iter().filter(|row| row.ratio() > CLEAR).count();
     if plainly == 0 || !off.iter().any(|row| row.ratio() > PLAIN) {
@@ -82,17 +105,46 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
     let some: Vec<&Row> = off.iter().step_by(some(&off)).copied().collect();
     // What a formula has comes first, for all rows and for those that are off.
     let plain = search(&both, &all, plainly, true);
-    let of_off = || search(&some, &off, plainly, true).filter(|_| !right.is_empty());
-    let of_off = if plain.is_none() { of_off() } else { None };
-    let for_all = || plain.or_else(|| of_terms(&both, &all, plainly));
-    if of_off.is_none()
-        && let Some((said, _)) = for_all()
-    {
-        return Some((said, String::new()));
+    if let Some((said, _)) = plain {
+        return Some(Explained::plainly(said));
     }
+    if let Some((said, _)) = elsewhere::explained(quantity, &all) {
+        return Some(Explained::plainly(said));
+    }
+    let has_right = !right.is_empty();
+    let of_off = search(&some, &off, plainly, true).filter(|_| has_right);
+    let from_elsewhere = || elsewhere::explained(quantity, &off).filter(|_| has_right);
+    if of_off.is_none()
+        && let Some((said, which)) = from_elsewhere()
+    {
+        let is_clear = |row: &&Row| {
+            let other = row.elsewhere.get(which);
+            row.is_off() || other.is_some_and(|other| hypot(*other) > CLEAR * row.least)
+        };
+        let clear: Vec<&Row> = rows.iter().filter(is_clear).collect();
+        let place = format!(" ({})", place(&clear, &off, runs));
+        let is_plain = true;
+        return Some(Explained {
+            said,
+            place,
+            is_plain,
+        });
+    }
+    if of_off.is_none()
+        && let Some((said, _)) = of_terms(&both, &all, plainly)
+    {
+        let place = String::new();
+        let is_plain = false;
+        return Some(Explained {
+            said,
+            place,
+            is_plain,
+        });
+    }
+    let is_plain = of_off.is_some();
     let (said, more) = of_off
         .or_else(|| of_terms(&some, &off, plainly))
-        .filter(|_| !right.is_empty())?;
+        .filter(|_| has_right)?;
     // Of what would hardly move a row it is not known whether it has it.
     let is_clear = |row: &&Row| row.is_off() || more.is_empty() || row.left(&more) > CLEAR;
     let clear: Vec<&Row> = rows.iter().filter(is_clear).collect();
@@ -100,7 +152,11 @@ pub(super) fn explained(rows: &[Row], runs: &[(&Case, &[Snapshot])]) -> Option<(
         true => String::new(),
         false => format!(" ({})", place(&clear, &off, runs)),
     };
-    Some((said, place))
+    Some(Explained {
+        said,
+        place,
+        is_plain,
+    })
 }
 
 /// How many and which rows of a kind do not follow from the rest, where no term explains them.

@@ -35,7 +35,7 @@ impl Follower<'_> {
             return;
         }
         let (dt, bodies) = (model.dt, &self.case.bodies);
-        let damped = &mut self.seen.damped;
+        let (damped, kept) = (&mut self.seen.damped, &mut self.kept);
         let before_this = std::mem::take(&mut self.was_off);
         let was_off = &mut self.was_off;
         // In the first step nothing was off; where it is not known how far, what it is off by now is not either.
@@ -75,7 +75,7 @@ impl Follower<'_> {
                         hypot(was.bodies.angular_velocity(id)),
                     ));
                 }
-                rows.entry((quantity, 0)).or_default().push(Row {
+                let mut row = Row {
                     at: (self.run, at),
                     subject: Of::Grain(id),
                     off,
@@ -84,7 +84,13 @@ impl Follower<'_> {
                     sizes,
                     marks: load.marks,
                     between: String::new(),
-                });
+                    elsewhere: Vec::new(),
+                };
+                if quantity != PLACES && kept.takes((quantity, 0), &row) {
+                    row.elsewhere
+                        .clone_from(&load.elsewhere[usize::from(quantity != VELOCITIES)]);
+                }
+                rows.entry((quantity, 0)).or_default().push(row);
             };
             let [x0, x1] = [was, now].map(|moment| moment.bodies.position(id));
             let [v0, v1] = [was, now].map(|moment| moment.bodies.velocity(id));
@@ -152,9 +158,25 @@ impl Follower<'_> {
                     let mut signs = [1.0, -1.0, 0.0].into_iter();
                     let is_so =
                         |sign: &f64| (gained - force * (1.0 - model.alpha * sign)).abs() <= least;
-                    let middle = v0[axis] + 0.5 * dt * force / mass;
-                    let velocities = [middle, v0[axis], v1[axis]];
+                    let middle = plus(v0, times(0.5 * dt / mass, acting));
+                    let beside = [id.saturating_sub(1), (id + 1).min(bodies.len() - 1)];
+                    let [before, after] = beside.map(|id| was.bodies.velocity(id)[axis]);
+                    let ([x, y, z], [of_x, of_y, of_z]) = (middle, v0);
+                    let velocities = [
+                        middle[axis],
+                        v0[axis],
+                        v1[axis],
+                        x,
+                        y,
+                        z,
+                        of_x,
+                        of_y,
+                        of_z,
+                        before,
+                        after,
+                    ];
                     Damped {
+                        axis,
                         sign: signs.find(is_so),
                         by: forces.map(|force| velocities.map(|velocity| force[axis] * velocity)),
                     }

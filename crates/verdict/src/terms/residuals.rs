@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use grains::reference::{Parts, Reference, Told};
+use grains::reference::{Made, Parts, Reference, Told};
 use grains::rules::{Rules, SpringWhenSliding, TangentialDashpot, WrittenVelocities};
 use grains::tables::{Body, Contact, Snapshot};
 use grains::task::Case;
 use grains::vector::{Vector, cross, dot, hypot, minus, plus, sum, times};
 
+use super::elsewhere::{Around, Kept};
 use super::seen::{Held, Seen};
 use super::*;
 use crate::contacts::Table;
@@ -34,6 +35,10 @@ pub(super) struct Follower<'a> {
     pub(super) was_off: BTreeMap<(usize, usize), Vector>,
     /// What is not a sum of terms.
     pub(super) seen: Seen,
+    /// Whether things from elsewhere are looked at, and what contacts were made of at the moment before.
+    looks_elsewhere: bool,
+    made_before: BTreeMap<(u32, u32), Made>,
+    pub(super) kept: Kept,
 }
 
 struct Before {
@@ -97,6 +102,8 @@ pub(super) struct Loads {
     pub(super) marks: Marks,
     /// The normal forces times the radius, against the spin.
     pub(super) rolling: Vector,
+    /// By how much the force and the torque would be others with each thing from elsewhere.
+    pub(super) elsewhere: [Vec<Vector>; 2],
 }
 
 impl Loads {
@@ -110,7 +117,7 @@ impl Loads {
 }
 
 impl<'a> Follower<'a> {
-    pub(super) fn new(case: &'a Case, run: usize) -> Self {
+    pub(super) fn new(case: &'a Case, run: usize, looks_elsewhere: bool) -> Self {
         Follower {
             case,
             run,
@@ -119,6 +126,9 @@ impl<'a> Follower<'a> {
             was_off: BTreeMap::new(),
             forgets_moments: false,
             seen: Seen::default(),
+            looks_elsewhere,
+            made_before: BTreeMap::new(),
+            kept: Kept::default(),
         }
     }
 
@@ -224,6 +234,7 @@ impl<'a> Follower<'a> {
             *walls_before.entry(*second).or_default() += u32::from(case.wall(*first).is_some());
         }
         // What a number that is kept for a list of contacts, and not for each, may be of.
+        let mut made_now: Vec<Made> = Vec::new();
         let (mut first_of_body, mut last) = ((u32::MAX, 0.0), None);
         for row in Table::from(now).rows() {
             let (contact, ids) = (row.contact, row.ids());
@@ -269,6 +280,10 @@ impl<'a> Follower<'a> {
                 (told, cut)
             };
             let told = was.map(told_of);
+            if self.looks_elsewhere {
+                let before = told.map(|told| told.0);
+                made_now.extend(reference.made_of(ids, (fn_told, tangential), before));
+            }
             let Some(parts) = reference.parts(ids, (fn_told, tangential), told.map(|told| told.0))
             else {
                 continue;
@@ -384,6 +399,7 @@ impl<'a> Follower<'a> {
                     sizes: sizes.clone(),
                     marks,
                     between: between.clone(),
+                    elsewhere: Vec::new(),
                 });
             };
             let one = |number: f64| [number, 0.0, 0.0];
@@ -544,6 +560,21 @@ impl<'a> Follower<'a> {
                 },
             );
         }
+        if self.looks_elsewhere {
+            let around = Around {
+                reference,
+                now: &made_now,
+                before: &self.made_before,
+            };
+            around.add_to(rows, (run, at), &mut self.kept);
+            for (load, elsewhere) in loads.iter_mut().zip(around.on_grains(case.bodies.len())) {
+                load.elsewhere = elsewhere;
+            }
+            self.made_before = made_now
+                .into_iter()
+                .map(|made| (made.ids(), made))
+                .collect();
+        }
         self.seen.slid.extend(slid);
         self.before = after;
         self.ended.extend(
@@ -575,6 +606,7 @@ impl<'a> Follower<'a> {
                     sizes: Vec::new(),
                     marks: 0,
                     between: String::new(),
+                    elsewhere: Vec::new(),
                 });
             }
         }

@@ -25,6 +25,7 @@ pub(super) struct Held {
 /// One component of a grain's force that local damping has made larger or smaller.
 #[derive(Clone, Copy)]
 pub(super) struct Damped {
+    pub(super) axis: usize,
     /// By which sign, 0 if by none, as the engine has moved the grain; none if it is damped by another share.
     pub(super) sign: Option<f64>,
     /// The power of these forces and velocities, in the order of [`FORCES`] and [`VELOCITIES`].
@@ -39,10 +40,18 @@ pub(super) const FORCES: [&str; 5] = [
     "all forces of the step before",
     "contact forces of the step before",
 ];
-pub(super) const VELOCITIES: [&str; 3] = [
+pub(super) const VELOCITIES: [&str; 11] = [
     "the velocity in the middle of the step",
     "the velocity before it",
     "the velocity after it",
+    "the velocity along x in the middle of the step",
+    "the velocity along y in the middle of the step",
+    "the velocity along z in the middle of the step",
+    "the velocity along x before it",
+    "the velocity along y before it",
+    "the velocity along z before it",
+    "the velocity of the grain with the id before it",
+    "the velocity of the grain with the id after it",
 ];
 
 /// Of two grains with these.
@@ -149,28 +158,43 @@ impl Seen {
         (is_so && most > 0.0).then_some(most)
     }
 
-    /// By the sign of which power all components are damped, where the model's is not it.
+    /// By the sign of which power all components along some axes are damped, where the model's is not it.
     pub(super) fn damps_otherwise(&self) -> Option<String> {
-        let goes_by = |force: usize, velocity: usize| {
-            let is_so = |damped: &&Damped| {
-                let sign = match damped.by[force][velocity] {
-                    0.0 => 0.0,
-                    power => power.signum(),
-                };
-                damped.sign == Some(sign)
+        let goes_by = |damped: &Damped, force: usize, velocity: usize| {
+            let sign = match damped.by[force][velocity] {
+                0.0 => 0.0,
+                power => power.signum(),
             };
-            self.damped.iter().filter(is_so).count()
+            damped.sign == Some(sign)
         };
-        let all = self.damped.len();
-        if all - goes_by(0, 0) < FEWEST {
+        let off_along = |axis: &usize| {
+            let mut along = self.damped.iter().filter(|damped| damped.axis == *axis);
+            along.any(|damped| !goes_by(damped, 0, 0))
+        };
+        let axes: Vec<usize> = (0..3).filter(off_along).collect();
+        let along = self
+            .damped
+            .iter()
+            .filter(|damped| axes.contains(&damped.axis));
+        let along: Vec<&Damped> = along.collect();
+        if along.iter().filter(|damped| !goes_by(damped, 0, 0)).count() < FEWEST {
             return None;
         }
         let mut powers =
             (0..FORCES.len()).flat_map(|force| (0..VELOCITIES.len()).map(move |at| (force, at)));
-        let (force, velocity) =
-            powers.find(|(force, velocity)| goes_by(*force, *velocity) == all)?;
+        let (force, velocity) = powers.find(|(force, velocity)| {
+            along
+                .iter()
+                .all(|damped| goes_by(damped, *force, *velocity))
+        })?;
+        let others = self.damped.len() > along.len();
+        let names = axes.iter().map(|axis| ["x", "y", "z"][*axis]);
+        let place = match others {
+            true => format!(" along {} alone", names.collect::<Vec<_>>().join(" and ")),
+            false => String::new(),
+        };
         Some(format!(
-            "velocities: local damping goes by the sign of ({})·({}) in the place of ({})·({})",
+            "velocities{place}: local damping goes by the sign of ({})·({}) in the place of ({})·({})",
             FORCES[force], VELOCITIES[velocity], FORCES[0], VELOCITIES[0]
         ))
     }
@@ -268,14 +292,23 @@ mod tests {
 
     #[test]
     fn a_sign_of_another_power_is_told() {
-        let damped = |force: usize, velocity: usize| {
+        let damped = |force: usize, velocity: usize, along_z_alone: bool| {
             let values = (1..31).map(|at| {
                 let power = |which: usize| f64::from(at * (1 + which as u32)).sin();
+                let number = |force: usize, velocity: usize| VELOCITIES.len() * force + velocity;
                 let by = std::array::from_fn(|force| {
-                    std::array::from_fn(|velocity| power(3 * force + velocity))
+                    std::array::from_fn(|velocity| power(number(force, velocity)))
                 });
+                let axis = [0, 2][at as usize % 2];
+                let is_otherwise = !along_z_alone || axis == 2;
+                let which = if is_otherwise {
+                    number(force, velocity)
+                } else {
+                    0
+                };
                 Damped {
-                    sign: Some(power(3 * force + velocity).signum()),
+                    axis,
+                    sign: Some(power(which).signum()),
                     by,
                 }
             });
@@ -284,11 +317,14 @@ mod tests {
                 ..Seen::default()
             }
         };
-        assert_eq!(damped(0, 0).damps_otherwise(), None);
-        let told = damped(1, 1).damps_otherwise().unwrap_or_default();
+        assert_eq!(damped(0, 0, false).damps_otherwise(), None);
+        let told = damped(1, 1, false).damps_otherwise().unwrap_or_default();
         assert!(
             told.contains("(contact forces)·(the velocity before it)"),
             "{told}"
         );
+        let told = damped(0, 3, true).damps_otherwise().unwrap_or_default();
+        let words = "velocities along z alone: local damping goes by the sign of (all forces)·(the velocity along x";
+        assert!(told.contains(words), "{told}");
     }
 }
