@@ -376,6 +376,22 @@ pub(crate) fn of_contacts(
             |row| material(row.contact.id1) != material(row.contact.id2),
         );
     }
+    // Where a program has its grains in several pieces.
+    let half = |id: u32| 2 * id as usize >= bodies.len();
+    properties.add("their ids are of different halves of all grains", |row| {
+        ids.is_grain(row.contact.id1) && half(row.contact.id1) != half(row.contact.id2)
+    });
+    let is_even = |id: u32| id.is_multiple_of(2);
+    properties.add_both(
+        [
+            "the id of their second body is even",
+            "the id of their second body is odd",
+        ],
+        |row| is_even(row.contact.id2),
+    );
+    properties.add("one of their ids is even and the other odd", |row| {
+        is_even(row.contact.id1) != is_even(row.contact.id2)
+    });
     // The smaller and the larger one.
     let radii = |row: &Row| {
         let two = bodies.radius[row.contact.id2 as usize];
@@ -519,6 +535,12 @@ pub(crate) fn of_grains(
     });
     properties.add_both(["they go right", "they go left"], |id| bodies.vx[*id] > 0.0);
     properties.add_both(["they rise", "they fall"], |id| bodies.vz[*id] > 0.0);
+    properties.add_both(["their id is even", "their id is odd"], |id| id % 2 == 0);
+    let materials: BTreeSet<u32> = bodies.material.iter().copied().collect();
+    for material in materials {
+        let words = format!("they are of material {material}");
+        properties.add(words, |id| bodies.material[*id] == material);
+    }
     properties.number("their radius, m,", |id| bodies.radius[*id]);
     properties.number("their mass, kg,", |id| bodies.mass[*id]);
     properties.number("their id", |id| *id as f64);
@@ -528,6 +550,12 @@ pub(crate) fn of_grains(
     });
     properties.number("their x, m,", |id| bodies.x[*id]);
     properties.number("their z, m,", |id| bodies.z[*id]);
+    if bodies.in_space() {
+        properties.add_both(["they go along y", "they go against y"], |id| {
+            bodies.vy[*id] > 0.0
+        });
+        properties.number("their y, m,", |id| bodies.y[*id]);
+    }
     if bodies.spin.len() == bodies.len() {
         properties.number("their spin, rad/s,", |id| bodies.spin[*id].abs());
     }

@@ -4,6 +4,7 @@
 //! How far rounding takes an engine apart is measured by the engine's own runs from starts that differ in their last digits.
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use evidence::random::Source;
@@ -101,12 +102,14 @@ enum Holds {
     Account,
     /// All grains together keep momentum and angular momentum.
     Conserved,
+    /// Contacts are written where grains and walls overlap, as they do.
+    Written,
 }
 
 type Run = Vec<Snapshot>;
 
 /// All of them.
-pub const RELATIONS: [Relation; 16] = [
+pub const RELATIONS: [Relation; 17] = [
     Relation {
         key: "contacts",
         name: "contacts between grains and at walls that bear a force, in one state at least",
@@ -237,6 +240,13 @@ pub const RELATIONS: [Relation; 16] = [
         asks: Asks::Cases(|known| vec![undamped(known, (0..=ACCOUNTED).collect())]),
         holds: Holds::Account,
         breaks: "forces that act on one of two bodies only, forces that act and are not in the table, or gravity that is not the job's",
+    },
+    Relation {
+        key: "written",
+        name: "contacts that are written, against the places of grains and walls",
+        asks: Asks::Cases(|known| vec![undamped(known, (0..=ACCOUNTED).collect())]),
+        holds: Holds::Written,
+        breaks: "overlaps or normals of another step or of another contact, contacts that are not found, or a table that is cut off",
     },
     Relation {
         key: "conserved",
@@ -547,6 +557,7 @@ impl Relation {
             Holds::Touches => touches(&runs[0]),
             Holds::Passive => passive(&cases[0], &runs[0]),
             Holds::Account => account(&cases[0], &runs[0], known.resolution, rules),
+            Holds::Written => written(&cases[0], &runs[0], known.resolution),
             Holds::Conserved => conserved(&runs[0], cases[0].model.dt, known.resolution),
         }
     }
@@ -1179,6 +1190,64 @@ fn account(case: &Case, run: &Run, resolution: Resolution, rules: &Rules) -> Hel
     ))
 }
 
+/// Where grains are so near to each other and to walls that they overlap, how far, along which normal and about which point.
+fn written(case: &Case, run: &Run, resolution: Resolution) -> Held {
+    let mut worst = Worst::default();
+    for moment in run {
+        let (bodies, ids) = (&moment.bodies, case.ids());
+        let grains = bodies.len() as u32;
+        let least = (resolution.position * reach(bodies)).max(resolution.overlap);
+        let length = ROUNDINGS * least;
+        let place = |id: u32| bodies.position(id as usize);
+        let radius = |id: u32| bodies.radius[id as usize];
+        // From the first body to the grain, and how far they overlap.
+        let between = |first: u32, grain: u32| -> Option<([f64; 3], f64)> {
+            let Some(wall) = case.wall(first) else {
+                let way = (first < grains).then(|| minus(place(grain), place(first)))?;
+                return Some((way, radius(first) + radius(grain) - norm(way)));
+            };
+            let (axis, mut way) = (wall.axis.in_space(), [0.0; 3]);
+            way[axis] = place(grain)[axis] - wall.place;
+            Some((way, radius(grain) - norm(way)))
+        };
+        let mut listed = BTreeSet::new();
+        for row in Table::from(moment).rows() {
+            let (first, grain) = row.ids();
+            listed.insert((first, grain));
+            let Some((way, overlap)) = between(first, grain) else {
+                continue;
+            };
+            let (step, distance) = (moment.step, norm(way));
+            let (told, normal) = (row.contact.overlap, times(1.0 / distance, way));
+            worst.see((told - overlap).abs() / length, || {
+                format!("in step {step} {first} and {grain} overlap by {overlap:.6e} m, and the table tells of {told:.6e} m")
+            });
+            let askew = norm(minus(row.normal(), normal));
+            worst.see(askew * distance / (2.0 * length), || {
+                format!("in step {step} the normal of {first} and {grain} is off by {askew:.1e} of its length")
+            });
+            let point = minus(place(grain), times(radius(grain) - 0.5 * overlap, normal));
+            let beside = norm(minus(row.point(), point));
+            worst.see((beside - overlap.abs()) / length, || {
+                format!("in step {step} the contact point of {first} and {grain} is {beside:.1e} m from where they overlap by {overlap:.1e} m")
+            });
+        }
+        let walls = (0..case.model.walls.len()).map(|index| ids.wall(index));
+        for first in (0..grains).chain(walls) {
+            let others = if first < grains { first + 1 } else { 0 };
+            for grain in others..grains {
+                let overlap = between(first, grain).map_or(0.0, |both| both.1);
+                if !listed.contains(&(first, grain)) {
+                    worst.see(overlap / length, || {
+                        format!("in step {} {first} and {grain} overlap by {overlap:.6e} m, and are in no table", moment.step)
+                    });
+                }
+            }
+        }
+    }
+    worst.held("overlaps, normals and points are those of the places, to rounding, and no contact is left out")
+}
+
 /// How many times as far off as rounding allows something is at most, and what.
 #[derive(Default)]
 struct Worst(f64, String);
@@ -1396,8 +1465,16 @@ mod tests {
             run.iter_mut().for_each(|moment| moment.contacts.clear());
             run
         };
+        let deeper = |case: &Case| {
+            let mut run = native(case);
+            let contacts = run.iter_mut().flat_map(|moment| &mut moment.contacts);
+            contacts.for_each(|contact| contact.overlap *= 1.0 + 1.0e-6);
+            run
+        };
         type Fault<'a> = (&'a str, &'a dyn Fn(&Case) -> Run);
-        let faults: [Fault; 5] = [
+        let faults: [Fault; 7] = [
+            ("written", &deeper),
+            ("written", &feeble),
             ("passive", &faster),
             ("moving", &dragged),
             ("copies", &of_all),
