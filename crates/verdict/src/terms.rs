@@ -59,9 +59,12 @@ struct Row {
 type Marks = u16;
 
 macro_rules! marks {
-    ($($mark:ident = $bit:literal: $($words:literal),+;)+) => {
+    ($($mark:ident = $bit:literal: $first:literal, $($words:literal),+;)+) => {
         $(const $mark: Marks = $bit;)+
-        const MARKS: [(Marks, [&str; 4]); [$($bit),+].len()] = [$(($mark, [$($words),+])),+];
+        const MARKS: [(Marks, [&str; 4]); [$($bit),+].len()] = [$(($mark, [$first, $($words),+])),+];
+        /// Forces and torques of the contacts that are so.
+        const OF_MARKED: [[&str; 2]; MARKS.len()] =
+            [$([concat!("forces where ", $first), concat!("torques where ", $first)]),+];
     };
 }
 
@@ -85,6 +88,10 @@ marks! {
         "they touch a wall across y", "they touch no wall across y";
     ACROSS_Z = 256: "they are at walls across z", "they are not at walls across z",
         "they touch a wall across z", "they touch no wall across z";
+    OF_HALVES = 1024: "their ids are of different halves of all grains", "their ids are of one half of all grains",
+        "they touch a grain whose id is in the other half of all", "they touch no grain whose id is in the other half of all";
+    EVEN_AND_ODD = 2048: "one of their ids is even and the other odd", "their ids are both even or both odd",
+        "they touch one whose id is even where theirs is odd, or the other way round", "they touch none whose id is even where theirs is odd, or the other way round";
 }
 /// At a wall across x, z and y, as axes are numbered.
 const ACROSS: [Marks; 3] = [ACROSS_X, ACROSS_Z, ACROSS_Y];

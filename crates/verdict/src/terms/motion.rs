@@ -9,8 +9,8 @@ use grains::vector::{Vector, each, hypot, minus, plus, sum, times};
 use super::residuals::{Follower, Loads};
 use super::seen::Damped;
 use super::{
-    NONE, Of, PLACES, ROUNDED, Row, Rows, SPINS, SPINS_FIRST_NEAR_LIMIT, SPINS_NEAR_LIMIT, Term,
-    VELOCITIES,
+    NONE, OF_MARKED, Of, PLACES, ROUNDED, Row, Rows, SPINS, SPINS_FIRST_NEAR_LIMIT,
+    SPINS_NEAR_LIMIT, Term, VELOCITIES,
 };
 
 /// A force is known so many times better than what local damping makes of it.
@@ -182,7 +182,11 @@ impl Follower<'_> {
                     }
                 }));
             }
-            let terms: Vec<Term> = terms! {
+            let of_marked = |which: usize| {
+                let marked = OF_MARKED.iter().zip(&load.marked);
+                marked.map(move |(words, sums)| (words[which], 1.0, sums[which]))
+            };
+            let mut terms: Vec<Term> = terms! {
                 "all contact forces", 1.0 => forces;
                 "the weight", 1.0 => weight;
                 "normal forces", 1.0 => sum(load.kinds.map(|kind| kind.forces[0]));
@@ -206,6 +210,7 @@ impl Follower<'_> {
                 "all contact forces and the weight", 1.0 => acting;
                 "what it was off by in the step before", 0.0 => off_before(VELOCITIES, id).unwrap_or(NONE);
             };
+            terms.extend(of_marked(0));
             if gained.iter().all(|component| component.is_finite()) {
                 let off = minus(gained, acting);
                 was_off.insert((VELOCITIES, id), off);
@@ -234,7 +239,7 @@ impl Follower<'_> {
                 let before = &before[id];
                 sum([before.torque(), before.moments[0], before.moments[1]])
             });
-            let terms: Vec<Term> = terms! {
+            let mut terms: Vec<Term> = terms! {
                 "all torques of forces", 1.0 => load.torque();
                 "moments against rolling", 1.0 => load.moments[0];
                 "moments against twisting", 1.0 => load.moments[1];
@@ -279,6 +284,7 @@ impl Follower<'_> {
                 "torques and moments of the step before about z", 0.0 => [0.0, 0.0, all_before[2]];
                 "what it was off by in the step before", 0.0 => off_before(SPINS, id).unwrap_or(NONE);
             };
+            terms.extend(of_marked(1));
             if gained.iter().all(|component| component.is_finite()) {
                 let quantity = match (load.near_limit, load.was_beyond_limit) {
                     (false, _) => SPINS,

@@ -98,8 +98,9 @@ pub(super) struct Loads {
     /// What is kept of moments against rolling and twisting, and what would be were either taken for the other.
     pub(super) kept: [Vector; 2],
     pub(super) exchanged: [Vector; 2],
-    /// What its contacts are.
+    /// What its contacts are, and the forces and torques of those that are so.
     pub(super) marks: Marks,
+    pub(super) marked: [[Vector; 2]; MARKS.len()],
     /// The normal forces times the radius, against the spin.
     pub(super) rolling: Vector,
     /// By how much the force and the torque would be others with each thing from elsewhere.
@@ -369,7 +370,11 @@ impl<'a> Follower<'a> {
             let lasting = was.map_or(0, |was| {
                 was.marks & BEYOND_LIMIT | is(was.marks & (SLIDES_NOW | SLID) != 0, SLID)
             });
+            let half = |id: u32| 2 * id as usize >= case.bodies.len();
+            let pairs = parts.first == Body::Grain;
             let marks = lasting
+                | is(pairs && half(ids.0) != half(ids.1), OF_HALVES)
+                | is(pairs && ids.0 % 2 != ids.1 % 2, EVEN_AND_ODD)
                 | is(is_at(hypot(tangential), parts.limit, turned), SLIDES_NOW)
                 | is(was.is_none(), BEGINS)
                 | is(parts.way < 0.0, PARTS)
@@ -481,7 +486,6 @@ impl<'a> Follower<'a> {
             let is_near = hypot(parts.without_limit) > STICKS * parts.most_moment;
             let has_rolled = is_near || was.is_some_and(|was| was.has_rolled);
             // Loads by what is written.
-            let pairs = parts.first == Body::Grain;
             let sides = [(0, ids.0, -1.0), (1 + kind, ids.1, 1.0)];
             let acting = told_braking(&parts, (tangential, turned), rules.tangential_dashpot);
             for (side, (which, id, sign)) in sides.into_iter().enumerate() {
@@ -509,6 +513,12 @@ impl<'a> Follower<'a> {
                 }
                 load.late = plus(load.late, parts.late_torques[side]);
                 load.marks |= marks;
+                for (sums, (mark, _)) in load.marked.iter_mut().zip(MARKS) {
+                    if marks & mark != 0 {
+                        let force = plus(by[0], by[1]);
+                        *sums = [plus(sums[0], force), plus(sums[1], parts.torques[side])];
+                    }
+                }
                 let half = &mut load.half[kind];
                 *half = plus(*half, arm(tangential, 0.5 * u));
                 if pairs {
