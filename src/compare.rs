@@ -280,8 +280,13 @@ pub fn compare_as(
         return comparison;
     }
     comparison.tables = bits::tables(a, b);
-    comparison.same_bits =
-        comparison.tables.iter().all(TableBits::agrees) && bits::history(a, b).agrees();
+    let contradiction = bits::contradiction(a, b);
+    comparison.same_bits = comparison.tables.iter().all(TableBits::agrees)
+        && bits::history(a, b).agrees()
+        && contradiction.is_none();
+    if let Some(why) = contradiction {
+        comparison.holds("same-states", false, &why);
+    }
     if bits_expected {
         expect_bits(a, b, locator, &mut comparison);
     } else {

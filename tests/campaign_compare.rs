@@ -73,6 +73,14 @@ fn the_same_realizations_with_the_same_bits() {
     let comparison = compared(&first, &second);
     assert_eq!(comparison.verdict, Verdict::Identical);
     assert_eq!(comparison.bits.common, 3);
+    // What is measured with something that the engine tells besides, such as where its punch started.
+    let depth = second.rows[1].measured.get_mut(HEIGHT).expect("measured");
+    *depth *= 1.1;
+    let comparison = compared(&first, &second);
+    assert_eq!([comparison.bits.settled, comparison.bits.last], [3, 2]);
+    assert_ne!(comparison.verdict, Verdict::Identical);
+    let depth = second.rows[1].measured.get_mut(HEIGHT).expect("measured");
+    *depth = first.rows[1].measured[HEIGHT];
     // One state that differs, and it is not so any more.
     second.rows[1].loaded_state = Some("other".to_owned());
     let comparison = compared(&first, &second);

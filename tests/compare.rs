@@ -1,9 +1,10 @@
 //! The comparison: agrees where it should, and can fail.
 
 use crossgrain::checks::Outcome;
-use crossgrain::compare::{Comparison, compare, first_difference::Locator, from_runs};
+use crossgrain::compare::{Comparison, compare, compare_as, first_difference::Locator, from_runs};
 use crossgrain::run::folder::Moment;
 use grains::scene::TimeStep;
+use grains::tables::StopReason;
 use verdict::envelope::Resolution;
 use verdict::judge::Verdict;
 
@@ -88,6 +89,40 @@ fn one_last_bit_in_one_number_is_found() {
         assert_eq!((table.differing, table.numbers), (1, numbers));
         let first = table.first.as_ref().expect("the number");
         assert_eq!((first.id.as_str(), first.key, first.ulps), place);
+    }
+}
+
+/// The same grains to the bit, and another tale of them.
+#[test]
+fn what_is_told_of_the_same_grains_is_the_same() {
+    let a = native_run(&small_scene(), sound(), Protocol::Whole);
+    type Change = fn(&mut RunFolder);
+    let changes: [(&str, Change); 5] = [
+        ("load ended as", |run| {
+            run.record.stages[1].stop = StopReason::TargetLoadNotReached;
+        }),
+        ("the kinetic energy at load", |run| {
+            run.history.last_mut().expect("rows").kinetic_energy *= 1.5;
+        }),
+        ("the time at settle", |run| run.history[1].time *= 2.0),
+        ("trace.csv has other paths", |run| {
+            run.trace.pop();
+        }),
+        ("the force on the punch", |run| {
+            let row = run.history.last_mut().expect("rows");
+            row.punch_force = row.punch_force.map(|force| 1.1 * force);
+        }),
+    ];
+    for (words, change) in changes {
+        let mut b = a.clone();
+        change(&mut b);
+        // Whether bits are expected or not.
+        for expected in [true, false] {
+            let comparison = compare_as(&a, &b, expected, None);
+            assert_eq!(comparison.verdict(), Verdict::Different, "{words}");
+            let mut found = comparison.checks.iter().map(|check| check.found.as_str());
+            assert!(found.any(|found| found.contains(words)), "{words}");
+        }
     }
 }
 

@@ -279,6 +279,83 @@ pub fn history(a: &RunFolder, b: &RunFolder) -> HistoryBits {
     result
 }
 
+/// Of such sums a share of this much may be rounding: the order in which contacts are added is an engine's own.
+const SUMMED: f64 = 1.0e-6;
+
+/// Where two runs tell otherwise of a moment at which all their grains are the same to the bit: energies, forces, the time or a path.
+pub fn contradiction(a: &RunFolder, b: &RunFolder) -> Option<String> {
+    // Forces that nearly cancel are rounded as the largest are.
+    type Number = (&'static str, bool, fn(&HistoryRow) -> Option<f64>);
+    let numbers: [Number; 8] = [
+        ("the time", false, |row| Some(row.time)),
+        ("the kinetic energy", false, |row| Some(row.kinetic_energy)),
+        ("the potential energy", false, |row| {
+            Some(row.potential_energy)
+        }),
+        ("the elastic energy", false, |row| Some(row.elastic_energy)),
+        ("the number of contacts", false, |row| {
+            Some(row.contacts as f64)
+        }),
+        ("the depth of the punch", false, |row| row.punch_depth),
+        ("the unbalanced force", true, |row| row.unbalanced_force),
+        ("the force on the punch", true, |row| row.punch_force),
+    ];
+    let others: BTreeMap<(Stage, u64), &HistoryRow> = b
+        .history
+        .iter()
+        .map(|row| ((row.stage, row.step), row))
+        .collect();
+    let rows = a.history.iter().filter_map(|row| {
+        let other = others.get(&(row.stage, row.step))?;
+        (row.state == other.state && row.punch_depth == other.punch_depth).then_some((row, *other))
+    });
+    let same: Vec<(&HistoryRow, &HistoryRow)> = rows.collect();
+    for (name, cancels, number) in numbers {
+        let sizes = same.iter().filter_map(|(row, _)| number(row)).map(f64::abs);
+        let largest = if cancels {
+            sizes.fold(0.0, f64::max)
+        } else {
+            0.0
+        };
+        let is_off = |(row, other): &&(&HistoryRow, &HistoryRow)| {
+            let (Some(one), Some(two)) = (number(row), number(other)) else {
+                return number(row).is_some() != number(other).is_some();
+            };
+            let apart = (one - two).abs();
+            apart > SUMMED * largest.max(one.abs()) || apart.is_nan()
+        };
+        if let Some((row, _)) = same.iter().find(is_off) {
+            let (stage, step) = (row.stage.name(), row.step);
+            return Some(format!(
+                "{name} at {stage} {step} is another one in history.csv, and all grains are the same"
+            ));
+        }
+    }
+    let stages = a.record.stages.iter().zip(&b.record.stages);
+    let mut otherwise = stages.filter(|(one, two)| {
+        (one.stage, one.steps) == (two.stage, two.steps) && one.stop != two.stop
+    });
+    if let Some((one, two)) = otherwise.next() {
+        let (stage, of_a, of_b) = (one.stage.name(), one.stop.name(), two.stop.name());
+        if a.last.bodies.digest() == b.last.bodies.digest() {
+            return Some(format!(
+                "{stage} ended as {of_a} in A and as {of_b} in B, after the same steps and with the same grains"
+            ));
+        }
+    }
+    let is_same: BTreeSet<(Stage, u64)> =
+        same.iter().map(|(row, _)| (row.stage, row.step)).collect();
+    let paths = |run: &RunFolder| -> Vec<String> {
+        let rows = run
+            .trace
+            .iter()
+            .filter(|row| is_same.contains(&(row.stage, row.step)));
+        rows.map(|row| format!("{row:?}")).collect()
+    };
+    let [of_a, of_b] = [a, b].map(paths);
+    (of_a != of_b).then(|| "trace.csv has other paths where all grains are the same".to_owned())
+}
+
 /// JSON pointers of the keys in which two scenes differ; name and reasons do not count.
 pub fn differing_keys(a: &Scene, b: &Scene) -> Vec<String> {
     let mut keys = Vec::new();

@@ -14,7 +14,7 @@ use grains::task::{Case, Task, Until};
 use verdict::Answer;
 use verdict::causes::Cause;
 use verdict::envelope::{FACTOR, Farthest, REPLICAS};
-use verdict::excerpt::{Excerpt, FirstMoments, STEPS_OF_EXCERPT};
+use verdict::excerpt::{Ends, Excerpt, FirstMoments, STEPS_OF_EXCERPT, ends};
 use verdict::exercise::Range;
 use verdict::forms::is_between_grains;
 use verdict::identify::Identified;
@@ -26,16 +26,18 @@ use verdict::starts::{Bed, State};
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
 
-/// The moments of an excerpt; a refusal is an answer.
-fn run_excerpt(engine: &dyn Engine, excerpt: &Excerpt) -> Result<Answer, EngineError> {
+/// The moments of an excerpt and why its stages ended; a refusal is an answer.
+fn run_excerpt(engine: &dyn Engine, excerpt: &Excerpt) -> Result<OfExcerpt, EngineError> {
     let work = work_folder().map_err(ProgramError::File)?;
     let mut seen: Vec<Snapshot> = Vec::new();
     match engine.run(&excerpt.scene, &excerpt.task, work.path(), &mut seen) {
-        Ok(_) => Ok(Ok(seen)),
+        Ok(run) => Ok(Ok((seen, Some(ends(&run.outcome.stages))))),
         Err(EngineError::Program(ProgramError::Refused(why))) => Ok(Err(why)),
         Err(error) => Err(error),
     }
 }
+
+type OfExcerpt = Result<(Vec<Snapshot>, Option<Ends>), String>;
 
 /// A bed and a small one, with what is known of them; made when an engine asks for them, once for all engines.
 #[derive(Debug)]
@@ -310,7 +312,7 @@ pub fn from_bed(
                 found.not_asked.push(excerpt.not_asked(lacking.to_owned()));
             }
             None => {
-                let moments = together.next().map(|seen| Ok(Ok(seen)));
+                let moments = together.next().map(|seen| Ok(Ok((seen, None))));
                 let answer = moments.unwrap_or_else(|| run_excerpt(engine, asked));
                 if matches!(answer, Ok(Err(_))) && goes_on(&asked.task) && !has_stages {
                     let lacking = "loading that goes on from settling with friction";
@@ -419,7 +421,7 @@ fn beds_in_words(judgement: &Judgement) -> String {
 fn check(state: &OfStart, id: &str) -> Check {
     let (outcome, found) = match (&state.skipped, state.verdict) {
         (Some(why), Verdict::Different) => (Outcome::Fail, why.clone()),
-        (Some(why), _) if why == OTHER_MOMENTS => (Outcome::Skipped, why.clone()),
+        (Some(why), _) if why.starts_with(OTHER_MOMENTS) => (Outcome::Skipped, why.clone()),
         (Some(why), _) => (Outcome::Skipped, format!("the engine refused: {why}")),
         (None, Verdict::Different) => (Outcome::Fail, state.in_words()),
         (None, _) => (Outcome::Pass, state.in_words()),

@@ -284,7 +284,8 @@ impl Continuing {
             });
         }
         self.followed += REPLICAS * work;
-        let judge = |resolution: Resolution| excerpt.judge(Ok(moments.clone()), resolution).ok();
+        let judge =
+            |resolution: Resolution| excerpt.judge(Ok((moments.clone(), None)), resolution).ok();
         let ratio = |state: &OfStart| {
             let far = state.farthest.as_ref();
             far.map_or(f64::MAX, |farthest| farthest.ratio.min(f64::MAX))

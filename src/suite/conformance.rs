@@ -456,7 +456,7 @@ fn every_step(engine: &dyn Engine, resolution: Resolution) -> Said {
         let (from, to) = (pair[0].step, pair[1].step);
         let excerpt = Excerpt::of_moments(&scene, &pair[0], to)?;
         let judged = excerpt.judge(
-            Ok(pair.to_vec()),
+            Ok((pair.to_vec(), None)),
             resolution.coarser(Resolution::COARSE_DOUBLE),
         )?;
         // What was written goes on as it is written.

@@ -73,10 +73,20 @@ impl Obstacle {
         }
     }
 
-    /// Where it is after so many steps of dt, s; to rounding.
-    pub fn after(&self, steps: u64, dt: f64) -> Self {
+    fn placed_after(&self, steps: u64, dt: f64) -> Placed {
         let mut placed = Placed::new(self);
         (0..steps).for_each(|_| placed.advance(dt));
+        placed
+    }
+
+    /// Whether this normal is that of no face of it after so many steps of dt, s, as at edges and corners.
+    pub fn is_at_edge(&self, normal: Vector, steps: u64, dt: f64) -> bool {
+        self.placed_after(steps, dt).is_at_edge(normal)
+    }
+
+    /// Where it is after so many steps of dt, s; to rounding.
+    pub fn after(&self, steps: u64, dt: f64) -> Self {
+        let placed = self.placed_after(steps, dt);
         let place = placed.motion.place;
         let shape = match (self.shape, &placed.shape) {
             (Surface::Plane { normal, .. }, _) => Surface::Plane {
@@ -381,6 +391,28 @@ impl Placed {
             Shape::Triangle(facet) => Some(self.outward(facet.normal)),
             _ => None,
         }
+    }
+
+    /// Whether this normal is that of no face of it, as at edges and corners.
+    fn is_at_edge(&self, normal: Vector) -> bool {
+        let along = match &self.shape {
+            Shape::Plane { .. } => 1.0,
+            Shape::Triangle(facet) => dot(self.outward(facet.normal), normal).abs(),
+            Shape::Box { .. } => self
+                .inward(normal)
+                .map(f64::abs)
+                .into_iter()
+                .fold(0.0, f64::max),
+        };
+        along < 1.0 - UNIT
+    }
+
+    /// Where its orientation is taken for that from its own axes to those of space.
+    pub(crate) fn turned_back(mut self) -> Self {
+        let [w, x, y, z] = self.orientation;
+        self.orientation = [w, -x, -y, -z];
+        self.rotation = matrix(self.orientation);
+        self
     }
 
     /// From its own axes to those of space.

@@ -256,7 +256,13 @@ impl Reference {
             touched: BTreeMap::new(),
             listed: None,
             near: Near::default(),
-            obstacles: constants.obstacles.iter().map(Placed::new).collect(),
+            obstacles: {
+                let placed = constants.obstacles.iter().map(Placed::new);
+                match variant.has(Form::BoxTurnedBack) {
+                    true => placed.map(Placed::turned_back).collect(),
+                    false => placed.collect(),
+                }
+            },
             near_obstacles: NearObstacles::default(),
             spare: Vec::new(),
             there: None,

@@ -492,6 +492,20 @@ pub enum StopReason {
     Interrupted,
 }
 
+impl StopReason {
+    /// As files name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            StopReason::Settled => "settled",
+            StopReason::Reached => "reached",
+            StopReason::TargetLoadNotReached => "target_load_not_reached",
+            StopReason::StepsDone => "steps_done",
+            StopReason::MaxSteps => "max_steps",
+            StopReason::Interrupted => "interrupted",
+        }
+    }
+}
+
 /// SHA-256 of these bytes.
 pub fn sha256_hex(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))

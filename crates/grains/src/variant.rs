@@ -302,6 +302,7 @@ forms! {
         LetGoAtTouch "adhesion ends where bodies no longer overlap: it is to hold them beyond that", |case| case.model.law.holds();
         EdgesAsFaces "at edges and corners of triangles normals are those of the face: they are to point from the nearest point",
             |case| case.model.obstacles.iter().any(|obstacle| matches!(obstacle.shape, Surface::Triangle { .. }));
+        BoxTurnedBack "boxes are turned the other way: their orientation is from the axes to their own", boxes_are_turned;
         ObstacleTurnsAboutOrigin "what touches an obstacle feels that it turns about the origin: it turns about its own point", obstacles_move;
         ObstacleSpinUnfelt "what touches an obstacle does not feel that it turns: its velocity is v + ω × r", obstacles_move;
         ObstacleVelocityUnfelt "what touches an obstacle does not feel that it moves", obstacles_move;
@@ -344,6 +345,13 @@ fn turns(case: &Case) -> bool {
 
 fn damps_spins(case: &Case) -> bool {
     turns(case) && case.model.alpha != 0.0
+}
+
+fn boxes_are_turned(case: &Case) -> bool {
+    let mut obstacles = case.model.obstacles.iter();
+    obstacles.any(|obstacle| {
+        matches!(obstacle.shape, Surface::Box { orientation: [_, x, y, z], .. } if [x, y, z] != [0.0; 3])
+    })
 }
 
 fn obstacles_move(case: &Case) -> bool {

@@ -16,6 +16,7 @@ use serde::Serialize;
 use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
 use crate::envelope::{Farthest, Resolution};
 use crate::judge::Answered;
+use crate::starts::MOMENTS;
 use crate::{conditions, contacts, exercise, forms};
 
 /// A cause is held against the first so many steps, or more where the engine parts from the native one later.
@@ -279,13 +280,23 @@ pub(crate) fn causes(
         let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
         let cases = of_law.iter().map(|answered| &answered.asked.case);
         judged.extend(cases.flat_map(forms::candidates));
-        let tried = Tried {
+        let mut tried = Tried {
             of_law,
             resolution,
             until,
             ruled_out: &ruled_out,
         };
-        if tried.is_explained(&known) {
+        // A force that is another one from a moment on moves grains by the next.
+        let parts = tried.of_law.iter().any(|answered| !answered.moves_right());
+        let mut later = MOMENTS.into_iter().filter(|step| parts && *step > until);
+        let is_open = loop {
+            match tried.is_explained(&known).then(|| later.next()) {
+                None => break true,
+                Some(Some(next)) => tried.until = next,
+                Some(None) => break false,
+            }
+        };
+        if !is_open {
             continue;
         }
         let mut told = [declared].into_iter().chain(declared.chunks(1));

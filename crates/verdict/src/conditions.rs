@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grains::model::{Axis, Law};
-use grains::obstacle::Surface;
+use grains::obstacle::{Obstacle, Surface};
 use grains::scene::{NewContactSlip, SlipVelocity, Springs, Tension, TorqueArms, Viscosity};
 use grains::tables::{Contact, Snapshot};
 use grains::task::Case;
@@ -278,17 +278,32 @@ pub(crate) fn of_contacts(
         });
     }
     let first = ids.wall(case.model.walls.len());
-    for name in ["planes", "triangles", "boxes"] {
-        properties.add(format!("they are at {name}"), |row| {
-            let index = row.contact.id1.checked_sub(first);
-            let obstacle = index.and_then(|index| case.model.obstacles.get(index as usize));
-            let kind = obstacle.map(|obstacle| match obstacle.shape {
+    let obstacle = |row: &Row| {
+        let index = row.contact.id1.checked_sub(first)?;
+        case.model.obstacles.get(index as usize)
+    };
+    for (name, at_edges) in [
+        ("planes", ""),
+        ("triangles", "they are at edges or corners of triangles"),
+        ("boxes", "they are at edges or corners of boxes"),
+    ] {
+        let is_one = |row: &Row| {
+            let kind = obstacle(row).map(|obstacle| match obstacle.shape {
                 Surface::Plane { .. } => "planes",
                 Surface::Triangle { .. } => "triangles",
                 Surface::Box { .. } => "boxes",
             });
             kind == Some(name)
-        });
+        };
+        properties.add(format!("they are at {name}"), is_one);
+        if !at_edges.is_empty() {
+            properties.add(at_edges, |row| {
+                let at_edge = |obstacle: &Obstacle| {
+                    obstacle.is_at_edge(row.normal(), own.step, case.model.dt)
+                };
+                is_one(row) && obstacle(row).is_some_and(at_edge)
+            });
+        }
     }
     properties.add("they are at the punch", |row| {
         row.contact.id1 == ids.punch()

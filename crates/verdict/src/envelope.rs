@@ -101,8 +101,10 @@ impl Apart {
         let of_punch = match (their.punch, own.punch) {
             (Some(a), Some(b)) => {
                 let [x, z] = [0, 1].map(|axis| a.centre[axis] - b.centre[axis]);
+                // Where it started and how fast it goes tell its depth and its place.
+                let told = (a.start - b.start).abs() + dt * (a.velocity - b.velocity).abs();
                 let force = (a.force - b.force).abs() * dt * dt / (mass * radius);
-                [vec![x.hypot(z) / radius], vec![force]]
+                [vec![(x.hypot(z) + told) / radius], vec![force]]
             }
             (None, None) => Default::default(),
             _ => [vec![f64::INFINITY], vec![f64::INFINITY]],

@@ -10,11 +10,12 @@ use grains::native::{self, NativeError, Noise};
 use grains::reference::Reference;
 use grains::rules::Rules;
 use grains::scene::{AfterForce, Scene};
-use grains::tables::{Bodies, BodyIds, Memories, Remembered, RememberedAcross, Snapshot, Stage};
-use grains::task::{Case, Observer, Seen, Start, Task, Until};
+use grains::tables::{
+    Bodies, BodyIds, Memories, Remembered, RememberedAcross, Snapshot, Stage, StopReason,
+};
+use grains::task::{Case, Observer, Seen, StageReport, Start, Task, Until};
 use grains::vector::{Vector, hypot, minus, plus, times};
 
-use crate::Answer;
 use crate::causes::Cause;
 use crate::contacts::OUT_OF_TANGENT;
 use crate::envelope::{self, Envelope, Resolution};
@@ -34,6 +35,17 @@ pub struct Excerpt {
     remembers_by_tables: bool,
     /// For engines in double precision.
     double: OnceLock<Envelope>,
+    /// Why the stages of the native run ended.
+    ends: OnceLock<Ends>,
+}
+
+/// Why stages ended, in their order.
+pub type Ends = Vec<(Stage, StopReason)>;
+
+/// Of a run with these stages.
+pub fn ends(stages: &[StageReport]) -> Ends {
+    let all = stages.iter().map(|report| (report.stage, report.stop));
+    all.collect()
 }
 
 /// The steps of an excerpt, and at which multiples it is looked at.
@@ -56,6 +68,7 @@ impl Excerpt {
             task: Task { start: from, until },
             remembers_by_tables: false,
             double: OnceLock::new(),
+            ends: OnceLock::new(),
         }
     }
 
@@ -63,6 +76,7 @@ impl Excerpt {
     pub fn under(&self, rules: Rules) -> Self {
         let mut excerpt = Excerpt {
             double: OnceLock::new(),
+            ends: OnceLock::new(),
             ..self.clone()
         };
         excerpt.scene.rules = rules.over(excerpt.scene.rules);
@@ -332,16 +346,22 @@ impl Excerpt {
         Ok(seen)
     }
 
-    fn run(&self, noise: Option<Noise>, observer: &mut dyn Observer) -> Result<(), NativeError> {
+    fn run(
+        &self,
+        noise: Option<Noise>,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<StageReport>, NativeError> {
         let options = native::Options {
             noise,
             ..native::Options::default()
         };
-        native::run(&self.scene, &self.task, &options, observer).map(|_| ())
+        native::run(&self.scene, &self.task, &options, observer).map(|outcome| outcome.stages)
     }
 
     fn envelope(&self, noise: Noise) -> Result<Envelope, NativeError> {
-        let own = self.native(None)?;
+        let mut own: Vec<Snapshot> = Vec::new();
+        let stages = self.run(None, &mut own)?;
+        self.ends.get_or_init(|| ends(&stages));
         let runs = in_parallel(envelope::replicas(noise), |replica| {
             self.native(Some(envelope::of_replica(noise, replica)))
         });
@@ -399,9 +419,13 @@ impl Excerpt {
         self.not_looked_at(Verdict::Different, Some(why))
     }
 
-    /// Holds a run of it against replicas of the native one.
-    pub fn judge(&self, answer: Answer, resolution: Resolution) -> Result<OfStart, NativeError> {
-        let theirs = match answer {
+    /// Holds a run of it, and why its stages ended where that is told, against replicas of the native one.
+    pub fn judge(
+        &self,
+        answer: Result<(Vec<Snapshot>, Option<Ends>), String>,
+        resolution: Resolution,
+    ) -> Result<OfStart, NativeError> {
+        let (theirs, ended) = match answer {
             Ok(theirs) => theirs,
             Err(reason) => return Ok(self.not_looked_at(Verdict::Undecided, Some(reason))),
         };
@@ -412,8 +436,16 @@ impl Excerpt {
         judged.verdict = verdict(&judged.farthest, &theirs, &envelope.own);
         judged.tables = envelope.tables_in_words(&theirs);
         judged.wide_from = envelope.wide_from();
+        if let (Some(_), Some(ended), Some(own)) = (&judged.farthest, ended, self.ends.get())
+            && ended != *own
+        {
+            let [told, right] = [&ended, own].map(|ends| in_words(ends));
+            return Ok(self.failed(format!(
+                "it says {told}, and by the scene's rules it is {right}"
+            )));
+        }
         if judged.farthest.is_none() {
-            judged.skipped = Some(OTHER_MOMENTS.to_owned());
+            judged.skipped = Some(other_moments(&envelope, &theirs));
             // A rule that holds between two steps may hold at another one where a step is rounded so.
             if !resolution.is_double() {
                 judged.verdict = Verdict::Undecided;
@@ -421,6 +453,36 @@ impl Excerpt {
         }
         Ok(judged)
     }
+}
+
+fn in_words(ends: &Ends) -> String {
+    let each = ends
+        .iter()
+        .map(|(stage, stop)| format!("{} ended as {}", stage.name(), stop.name()));
+    each.collect::<Vec<_>>().join(", ")
+}
+
+/// Where a run has other moments than the native one, and what became of it before.
+fn other_moments(envelope: &Envelope, theirs: &[Snapshot]) -> String {
+    let both = envelope.own.iter().zip(theirs);
+    let alike =
+        both.take_while(|(own, theirs)| (own.stage, own.step) == (theirs.stage, theirs.step));
+    let count = alike.count();
+    let at = |run: &[Snapshot]| {
+        let moment = run.get(count);
+        moment.map_or("none".to_owned(), |moment| {
+            format!("{} {}", moment.stage.name(), moment.step)
+        })
+    };
+    let [its, own] = [at(theirs), at(&envelope.own)];
+    let far = envelope.farthest_from(&envelope.own[..count], &theirs[..count]);
+    let before = match far.and_then(|far| far.left_after) {
+        Some(step) => {
+            format!("after {step} steps it was already farther off than rounding takes it")
+        }
+        None => "before that it is as far off as rounding takes it at most".to_owned(),
+    };
+    format!("{OTHER_MOMENTS}: {its} where {own} is to come; {before}")
 }
 
 const AS_A_SCENE: &str = "as a scene";

@@ -374,6 +374,12 @@ impl Bed {
             "excerpt-into-loading",
         );
         excerpts.push(Excerpt::into_loading(name, key, &rough, rubbing));
+        // The depth ends it too where a punch that had its force would stand still.
+        let (name, key) = ("pouring, then loading that gives up", "excerpt-gives-up");
+        let mut standing = smooth.clone();
+        let seconds = STEPS_OF_EXCERPT as f64 * standing.time_step_seconds();
+        standing.loading.after_force = AfterForce::StandStill { seconds };
+        excerpts.push(Excerpt::into_loading(name, key, &standing, pouring.clone()));
         let (name, key) = ("pouring until its most steps", "excerpt-most-steps");
         excerpts.push(Excerpt::new(name, key, smooth, pouring.clone()).to_most_steps());
         let (name, key) = ("pouring that was livelier before", "excerpt-seen");
@@ -687,7 +693,11 @@ impl State {
 
 #[cfg(test)]
 mod tests {
+    use grains::tables::{Snapshot, StopReason};
+
     use super::*;
+    use crate::envelope::Resolution;
+    use crate::judge::Verdict;
     use grains::task::Until;
 
     #[test]
@@ -723,5 +733,47 @@ mod tests {
                 .iter()
                 .any(|contact| contact.tangential_force != 0.0)
         );
+    }
+
+    /// How its punch began and goes, and why it ended, are told by an engine itself.
+    #[test]
+    fn what_is_told_of_the_punch_and_of_the_end_is_held_against_the_rules() {
+        let bed = Bed::new(100, DISPERSION).expect("a bed");
+        let excerpts = bed.excerpts().expect("they run");
+        let to_end = |excerpt: &&Excerpt| excerpt.key == "excerpt-to-end";
+        let excerpt = excerpts.iter().find(to_end).expect("one goes to its end");
+        let moments = excerpt.native(None).expect("it runs");
+        let judged = |moments: &[Snapshot], stop: StopReason| {
+            let ended = Some(vec![(Stage::Load, stop)]);
+            let answer = Ok((moments.to_vec(), ended));
+            excerpt
+                .judge(answer, Resolution::DOUBLE)
+                .expect("a verdict")
+        };
+        assert_eq!(
+            judged(&moments, StopReason::Reached).verdict,
+            Verdict::Identical
+        );
+        let other = judged(&moments, StopReason::TargetLoadNotReached);
+        assert_eq!(other.verdict, Verdict::Different);
+        let why = other.skipped.unwrap_or_default();
+        assert!(
+            why.contains("load ended as target_load_not_reached"),
+            "{why}"
+        );
+        let changes: [fn(&mut Punch); 2] = [
+            |punch| punch.start -= 1.0e-3,
+            |punch| punch.velocity = -punch.velocity,
+        ];
+        for change in changes {
+            let mut told = moments.clone();
+            told.iter_mut()
+                .filter_map(|moment| moment.punch.as_mut())
+                .for_each(change);
+            assert_eq!(
+                judged(&told, StopReason::Reached).verdict,
+                Verdict::Different
+            );
+        }
     }
 }

@@ -210,12 +210,22 @@ fn bits(first: &[Member], second: &[Member]) -> Bits {
         let same = |a: &Option<String>, b: &Option<String>| usize::from(a.is_some() && a == b);
         bits.common += 1;
         bits.settled += same(&member.settled_state, &other.settled_state);
-        if member.ending == other.ending {
+        if member.ending == other.ending && measured_alike(member, other) {
             bits.last += same(&member.loaded_state, &other.loaded_state);
         }
     }
     bits
 }
+
+/// Whether what was measured of both is the same, as it is of the same moments: what an engine tells besides plays a part too.
+fn measured_alike(member: &Member, other: &Member) -> bool {
+    let values = member.measured.iter();
+    let mut both = values.filter_map(|(key, value)| Some((value, other.measured.get(key)?)));
+    both.all(|(one, two)| (one - two).abs() <= MEASURED_AGAIN * one.abs().max(two.abs()))
+}
+
+/// Of a number that is measured again by another version a share of this much may be other digits.
+const MEASURED_AGAIN: f64 = 1.0e-9;
 
 /// Compares packings of two campaigns; what judges nothing is left out, see [`Judgement::complete`].
 pub fn judge(first: &Packings, second: &Packings) -> Judgement {

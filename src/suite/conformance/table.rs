@@ -91,7 +91,7 @@ pub fn table(
         checks: Vec::new(),
     };
     let mut beds = BTreeMap::new();
-    for candidate in candidates {
+    for (at, candidate) in candidates.iter().enumerate() {
         let dispersion = options.dispersion.unwrap_or(dispersion(candidate));
         let known = beds.entry(dispersion.to_bits());
         let beds = known.or_insert_with(|| Beds::new(options.grains, dispersion));
@@ -105,8 +105,14 @@ pub fn table(
             Err(error) => return Err(error),
         };
         let label = |conformance: &Conformance| conformance.engine.label();
+        // Several programs of one's own have a number each.
+        let before = candidates[..at].iter().filter(|other| other.key() == key);
+        let key = match before.count() {
+            0 => key.to_owned(),
+            count => format!("{key}-{}", count + 1),
+        };
         let row = Row {
-            key: key.to_owned(),
+            key,
             name: found.as_ref().map_or(name(candidate).to_owned(), label),
             dispersion,
             verdict: (found.as_ref()).map_or(Verdict::Undecided, Conformance::verdict),
@@ -204,6 +210,8 @@ impl Row {
     fn check(&self) -> Check {
         let outcome = match &self.not_installed {
             Some(_) => Outcome::Skipped,
+            // It was held against no reference.
+            None if self.verdict == Verdict::ConsistentWithItself => Outcome::Skipped,
             None => self.verdict.into(),
         };
         let id = format!("conformance/{}", slug(&self.key));

@@ -4,7 +4,7 @@
 use super::law::{Pair, Told};
 use super::touch::Touch;
 use super::{Ids, Memory, Motion, Reference};
-use crate::vector::{Vector, dot, plus, times};
+use crate::vector::{Vector, dot, norm, plus, times};
 
 /// What a contact's forces and torques are made of, each thing as often as it stands in them.
 #[derive(Clone)]
@@ -21,6 +21,9 @@ pub struct Made {
     moves_in_slip: [Motion; 2],
     moves_in_turn: [Motion; 2],
     moves_in_moment: [Motion; 2],
+    /// How fast they part along the normal, for the slip since a new contact's bodies touched, m/s, and how fast they pass each other.
+    parting: f64,
+    passing: f64,
     /// Overlaps that the springs along the normal and along the tangent and the dashpots are made of, m.
     overlaps: [f64; 3],
     /// The normal forces that limit the tangential force and the moment against rolling, N.
@@ -112,6 +115,32 @@ pub const OF_FORCES: &[Ingredient] = &[
             )
         },
     ),
+    (
+        "the spins in the dashpot along the normal",
+        |made, other| {
+            take(
+                &mut made.moves_in_dashpot,
+                &other.moves_in_dashpot,
+                &[0, 1],
+                spin,
+            )
+        },
+    ),
+    (
+        "the first one's spin in the dashpot along the normal",
+        |made, other| {
+            take(
+                &mut made.moves_in_dashpot,
+                &other.moves_in_dashpot,
+                &[0],
+                spin,
+            )
+        },
+    ),
+    (
+        "the speed of approach in what a new contact slips",
+        |made, other| made.parting = other.parting,
+    ),
     ("the normal in the slip", |made, other| {
         made.in_slip.normal = other.in_slip.normal
     }),
@@ -183,7 +212,7 @@ pub const OF_FORCES: &[Ingredient] = &[
     }),
     (
         "all that contacts remember of their springs",
-        |made, other| of_memory(made, other, |memory, other| *memory = *other),
+        |made, other| made.memory = other.memory,
     ),
     ("the normal force in Coulomb's limit", |made, other| {
         made.limiting[0] = other.limiting[0]
@@ -314,6 +343,14 @@ impl Made {
         all
     }
 
+    /// With bodies that approach as fast as they pass each other.
+    pub fn approaching_as_it_passes(&self) -> Made {
+        Made {
+            parting: -self.passing,
+            ..self.clone()
+        }
+    }
+
     /// With what is of one body taken of the other.
     pub fn exchanged(&self) -> Made {
         let mut all = self.clone();
@@ -366,6 +403,7 @@ impl Reference {
         let touch = self.touching[at].touch;
         let (pair, on) = (self.pair(ids), self.motions(ids, &touch));
         let told = times(normal_force, touch.normal);
+        let (slip, parting) = self.slip(&touch, on);
         Some(Made {
             ids,
             pair,
@@ -378,6 +416,8 @@ impl Reference {
             moves_in_slip: on,
             moves_in_turn: on,
             moves_in_moment: on,
+            parting,
+            passing: norm(plus(slip, times(parting, touch.normal))),
             overlaps: [touch.overlap; 3],
             limiting: [told; 2],
             force: plus(told, tangential),
@@ -403,7 +443,7 @@ impl Reference {
         Some(all)
     }
 
-    /// The forces that it makes.
+    /// What it makes.
     pub fn makes(&self, made: &Made) -> Makes {
         let first = made.in_slip.first;
         let strength = |at: usize| self.strength_at(made.ids, made.overlaps[at], first, &made.pair);
@@ -416,7 +456,8 @@ impl Reference {
             &all,
             made.pair.pull,
         );
-        let slip = self.slip(&made.in_slip, made.moves_in_slip);
+        let (slip, _) = self.slip(&made.in_slip, made.moves_in_slip);
+        let slip = (slip, made.parting);
         let constants = (&made.pair, &all);
         let memory = made.memory.as_ref();
         let (tangential, ..) = match self.constants.law.has_friction() {

@@ -18,6 +18,8 @@ const LEFT: f64 = 5.0;
 pub(super) struct Around<'a> {
     pub(super) reference: &'a Reference,
     pub(super) now: &'a [Made],
+    /// With what the contacts remember that stood a step before at their place in the table, and at their place among those of the first body.
+    pub(super) in_slots: &'a [[Option<Made>; 2]],
     pub(super) before: &'a BTreeMap<(u32, u32), Made>,
 }
 
@@ -90,6 +92,18 @@ const SOURCES: &[Source] = &[
             let mut before = around.now[..at].iter().rev();
             before.find(|made| made.ids().1 == second).cloned()
         },
+    ),
+    (
+        "of the contact that was at its place in the table a step before",
+        |around, at| around.in_slots[at][0].clone(),
+    ),
+    (
+        "of the contact that was at its place among those of its first body a step before",
+        |around, at| around.in_slots[at][1].clone(),
+    ),
+    (
+        "of the whole speed in the place of that along the normal",
+        |around, at| Some(around.now[at].approaching_as_it_passes()),
     ),
     ("of the grain with the id before", |around, at| {
         around.reference.with_motions_of(&around.now[at], -1)

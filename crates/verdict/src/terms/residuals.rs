@@ -235,7 +235,8 @@ impl<'a> Follower<'a> {
             *walls_before.entry(*second).or_default() += u32::from(case.wall(*first).is_some());
         }
         // What a number that is kept for a list of contacts, and not for each, may be of.
-        let mut made_now: Vec<Made> = Vec::new();
+        let (mut made_now, mut in_slots) = (Vec::new(), Vec::new());
+        let past_ids: Vec<(u32, u32)> = past.keys().copied().collect();
         let (mut first_of_body, mut last) = ((u32::MAX, 0.0), None);
         for row in Table::from(now).rows() {
             let (contact, ids) = (row.contact, row.ids());
@@ -282,8 +283,23 @@ impl<'a> Follower<'a> {
             };
             let told = was.map(told_of);
             if self.looks_elsewhere {
-                let before = told.map(|told| told.0);
-                made_now.extend(reference.made_of(ids, (fn_told, tangential), before));
+                let told = |told: Option<Told>| reference.made_of(ids, (fn_told, tangential), told);
+                if let Some(made) = told(was.map(|was| told_of(was).0)) {
+                    // The places of the contact in the table and among those of its first body.
+                    let place = made_now.len();
+                    let of_first = |other: &&(u32, u32)| other.0 == ids.0;
+                    let among = made_now
+                        .iter()
+                        .rev()
+                        .take_while(|made: &&Made| made.ids().0 == ids.0);
+                    let among = among.count();
+                    let slots = [
+                        past_ids.get(place),
+                        past_ids.iter().filter(of_first).nth(among),
+                    ];
+                    in_slots.push(slots.map(|other| told(Some(told_of(&past[other?]).0))));
+                    made_now.push(made);
+                }
             }
             let Some(parts) = reference.parts(ids, (fn_told, tangential), told.map(|told| told.0))
             else {
@@ -345,6 +361,7 @@ impl<'a> Follower<'a> {
                 ("m₁", m1),
                 ("m₂", m2),
                 ("(m₁ + m₂)", m1 + m2),
+                ("(R₁ + R₂ − u)", r1 + r2 - u),
                 ("(R₂ − u)", r2 - u),
                 ("(R₂ − u/2)", r2 - 0.5 * u),
                 ("max(m₁, m₂)", m1.max(m2)),
@@ -574,6 +591,7 @@ impl<'a> Follower<'a> {
             let around = Around {
                 reference,
                 now: &made_now,
+                in_slots: &in_slots,
                 before: &self.made_before,
             };
             around.add_to(rows, (run, at), &mut self.kept);
