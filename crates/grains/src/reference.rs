@@ -450,6 +450,16 @@ impl Reference {
 
     /// A step without its forces.
     fn advance(&mut self) {
+        self.move_bodies();
+        if self.has(Form::OldPositions) {
+            self.before = Some(self.places());
+        }
+        self.integrate();
+        self.steps += 1;
+    }
+
+    /// Moves those that are no grains.
+    fn move_bodies(&mut self) {
         if let Some(punch) = &mut self.punch {
             self.felt = Some(*punch);
             punch.centre[1] += punch.velocity * self.constants.dt;
@@ -466,11 +476,6 @@ impl Reference {
         if !self.has(Form::PunchLate) {
             self.felt = self.punch;
         }
-        if self.has(Form::OldPositions) {
-            self.before = Some(self.places());
-        }
-        self.integrate();
-        self.steps += 1;
     }
 
     fn integrate(&mut self) {
