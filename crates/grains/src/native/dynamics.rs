@@ -403,6 +403,9 @@ impl Dynamics {
         let loaded: Vec<bool> = moving.map(|(_, (force, _))| force != [0.0; 3]).collect();
         noise.shake_in_space(&mut bodies, |id| loaded[id], &self.constants);
         reference.put(&bodies, self.state.punch);
+        if let Some(space) = &mut self.space {
+            space.gone = f64::INFINITY;
+        }
         take_over(reference, &mut self.state);
     }
 

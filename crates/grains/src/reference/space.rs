@@ -1,69 +1,66 @@
 //! The step of spheres in space with lists, contacts eight at a time: the operations of the step that is written out in the same
-//! order, so its bits, for the usual rules of contacts and laws with friction whose grains turn. Only what no rule changes is
-//! here; grains are moved by the reference, and contacts of obstacles and punch, which are few, are left to it.
+//! order, so its bits, for the usual rules and laws with friction whose grains turn. Only what no rule changes is here; contacts of
+//! obstacles and punch, which are few, are left to the reference.
+//!
+//! As in the plane a pair that does not touch remembers zeros and adds zeros, which change no bit of a sum that began at +0.
 
 use multiversion::multiversion;
 
 use super::law::Pair;
-use super::touch::Touch;
+use super::touch::far;
 use super::{Ids, Memory, Motion, Reference, Touching, series};
-use crate::model::Law;
+use crate::model::Wall;
 use crate::native::lanes::{LANES, Lanes};
 use crate::native::powers::Powers;
 use crate::native::state::Constants;
 use crate::rules::{Arms, NewContact, Rules, Slip, TensionRule};
 use crate::scene::{AdhesionLaw, Springs, Viscosity};
 use crate::tables::Body;
-use crate::vector::{Vector, cross, dot, each, minus, plus, times};
+use crate::vector::{Vector, cross, dot, each, minus, norm, plus, times};
 
 /// Lists of pairs that are near, and what they remember.
 #[derive(Clone)]
 pub(crate) struct Space {
     powers: Powers,
-    /// Pairs of grains, then those of a wall and a grain, sorted by ids.
-    near: Vec<Near>,
-    kept: Kept,
-    /// How many are pairs of grains.
-    between: usize,
+    /// Pairs of grains that are near, sorted by ids, then those of each wall.
+    blocks: Vec<Block>,
     /// Where grains were when they were listed, m.
     at: Vec<Vector>,
+    /// No grain is further from there, m.
+    pub gone: f64,
     /// At which step that was, and how far apart surfaces are that are near, m.
     listed: u64,
     gap: f64,
-    /// Rows that touch or have touched before.
-    now: Vec<u32>,
-    /// The same at walls.
-    walls: Vec<(u32, Touch)>,
 }
 
-#[derive(Clone, Copy)]
-struct Near {
-    ids: Ids,
-    /// The distance of centres, squared, beyond which grains do not touch, m².
-    reach: f64,
-    touches: bool,
-}
-
-/// What near pairs remember, zeros where they do not touch. In columns, so that what a law does not use is not read.
+/// Eight pairs that are near and what they remember, zeros where they do not touch. Places left over hold
+/// pairs that never touch.
 #[derive(Clone, Default)]
-struct Kept {
-    normal: Vec<Vector>,
-    shear: Vec<Vector>,
-    /// Bending and twisting; empty for laws without them.
-    moments: Vec<[Vector; 2]>,
-    /// Whether they were cut by Coulomb's limit; empty for laws without a dashpot along the tangent.
-    slides: Vec<bool>,
-    pair: Vec<Pair>,
+struct Block {
+    ids: [[u32; LANES]; 2],
+    /// −1 in a place that is left over, m.
+    radii: [Lanes; 2],
+    /// Less than 0 where they do not touch, m.
+    overlap: Lanes,
+    k_n: Lanes,
+    k_s: Lanes,
+    tangent: Lanes,
+    normal: Vectors,
+    shear: Vectors,
     /// On body 2 at the last evaluation, N.
-    force: Vec<Vector>,
+    force: Vectors,
+    /// What most laws do without is not read: 1 where the force is cut, where there is a dashpot along the tangent.
+    slides: Lanes,
+    mass: Lanes,
+    pull: Lanes,
+    /// Against rolling and twisting.
+    moments: [Vectors; 2],
 }
 
 /// How far apart surfaces may be that are near, over the largest radius: at the start, the least and the most. A list that holds for
 /// many steps is shorter the next time, and the other way round.
 const NEAR: [f64; 3] = [0.1, 0.02, 0.4];
-const MANY_STEPS: u64 = 200;
-/// A square that rounding has made larger than that of the reach is not larger than this times it.
-const ROUNDING: f64 = 1.0 + 1.0e-12;
+const MANY_STEPS: u64 = 60;
 
 impl Space {
     /// Takes over what the reference's contacts remember, but those of obstacles and punch; none where this is no step for it.
@@ -88,46 +85,39 @@ impl Space {
         let ids: Vec<Ids> = reference.memories.iter().map(|memory| memory.ids).collect();
         let memories: Vec<Memory> = reference.memories.drain(..ahead(&ids)).collect();
         let mut memories = memories.into_iter().peekable();
-        let (mut near, mut kept) = (Vec::new(), Kept::default());
-        let law = &reference.constants.law;
-        let has = (law.contact.rolling.is_some(), brakes(law));
-        for Touching { ids, force, .. } in touching {
+        let contacts = touching.into_iter().map(|Touching { ids, force, .. }| {
             while memories.next_if(|memory| memory.ids < ids).is_some() {}
-            near.push(Near {
-                ids,
-                reach: 0.0,
-                touches: true,
-            });
             let memory = memories.next_if(|memory| memory.ids == ids);
             let memory = memory.unwrap_or_else(|| Memory::new(ids, reference.pair(ids)));
-            kept.push(memory, force, has);
-        }
-        Some(Space {
+            (memory, force, 0.0)
+        });
+        let mut space = Space {
             powers: Powers::new(),
-            near,
-            kept,
-            between: 0,
+            blocks: Vec::new(),
             at: Vec::new(),
+            gone: f64::INFINITY,
             listed: 0,
             gap: NEAR[0] * reference.largest_radius(),
-            now: Vec::new(),
-            walls: Vec::new(),
-        })
+        };
+        space.lay_out(contacts, reference);
+        Some(space)
     }
 
     /// Gives the contacts back.
     pub fn hand_back(&self, reference: &mut Reference) {
-        let rows = self.near.iter().enumerate();
-        let rows = rows.filter(|(_, near)| near.touches);
         let (mut memories, mut touching) = (Vec::new(), Vec::new());
-        for (at, Near { ids, .. }) in rows {
+        for (mut memory, force, overlap) in listed(&self.blocks) {
+            if overlap < 0.0 {
+                continue;
+            }
+            let ids = memory.ids;
             let touch = match reference.constants.ids.body(ids.0) {
-                Body::Grain => reference.grains(*ids),
-                _ => reference.wall(*ids, reference.constants.wall_of(ids.0)),
+                Body::Grain => reference.grains(ids),
+                _ => reference.wall(ids, reference.constants.wall_of(ids.0)),
             };
-            let (ids, force) = (*ids, self.kept.force[at]);
             touching.extend(touch.map(|touch| Touching { ids, touch, force }));
-            memories.push(self.kept.memory(at, ids));
+            memory.pair = reference.pair(ids);
+            memories.push(memory);
         }
         reference.memories.splice(0..0, memories);
         reference.touching.splice(0..0, touching);
@@ -136,13 +126,16 @@ impl Space {
     /// One time step.
     pub fn step(&mut self, reference: &mut Reference) {
         reference.move_bodies();
-        advance(reference);
+        self.gone += advance(reference);
         reference.steps += 1;
-        if reference.have_gone(&self.at, self.gap) {
-            self.list(reference);
+        let far = far(self.gap);
+        if self.gone > far {
+            self.gone = reference.furthest(&self.at);
+            if self.gone > far {
+                self.list(reference);
+            }
         }
         reference.clear_sums();
-        self.find(reference);
         add(self, reference);
         if reference.felt.is_some() || !reference.obstacles.is_empty() {
             let mut touching = std::mem::take(&mut reference.touching);
@@ -153,83 +146,70 @@ impl Space {
         }
     }
 
-    /// Lists those that are near; rows stay those of the same pairs.
+    /// Lists those that are near.
     fn list(&mut self, reference: &Reference) {
-        let radius = &reference.sizes.radius;
         let held = reference.steps - std::mem::replace(&mut self.listed, reference.steps);
         let [_, least, most] = NEAR.map(|near| near * reference.largest_radius());
         let change = if held > MANY_STEPS { 0.7 } else { 1.0 / 0.7 };
         self.gap = (change * self.gap).clamp(least, most);
         let gap = self.gap;
         let found = reference.near_pairs(gap);
-        self.at = found.at;
-        let apart = |ids, reach| Near {
-            ids,
-            reach,
-            touches: false,
-        };
-        let between = found.pairs.into_iter().map(|ids| {
-            let sum = radius[ids.0 as usize] + radius[ids.1 as usize];
-            apart(ids, sum * sum * ROUNDING)
-        });
-        let mut near: Vec<Near> = between.collect();
-        self.between = near.len();
+        (self.at, self.gone) = (found.at, 0.0);
+        let mut near = found.pairs;
         let constants = &reference.constants;
         for (index, wall) in constants.walls.iter().enumerate() {
             let (axis, id) = (wall.axis.in_space(), constants.ids.wall(index));
-            let grains = (0..).zip(self.at.iter().zip(radius));
+            let grains = (0..).zip(self.at.iter().zip(&reference.sizes.radius));
             let at_wall = grains
                 .filter(|(_, (at, radius))| (at[axis] - wall.place).abs() <= **radius + gap)
-                .map(|(grain, _)| apart((id, grain), 0.0));
+                .map(|(grain, _)| (id, grain));
             near.extend(at_wall);
         }
-        let before = std::mem::take(&mut self.kept);
-        let mut old = self.near.iter().enumerate().peekable();
-        let has = (
-            constants.law.contact.rolling.is_some(),
-            brakes(&constants.law),
-        );
-        for now in &mut near {
-            while old.next_if(|(_, old)| old.ids < now.ids).is_some() {}
-            let (memory, force) = match old.next_if(|(_, old)| old.ids == now.ids) {
-                Some((at, old)) => {
-                    now.touches = old.touches;
-                    (before.memory(at, now.ids), before.force[at])
-                }
-                None => (Memory::new(now.ids, reference.pair(now.ids)), [0.0; 3]),
-            };
-            self.kept.push(memory, force, has);
-        }
-        self.near = near;
+        let before = std::mem::take(&mut self.blocks);
+        let mut old = listed(&before).peekable();
+        let near = near.into_iter().map(move |ids| {
+            while old.next_if(|(memory, ..)| memory.ids < ids).is_some() {}
+            let old = old.next_if(|(memory, ..)| memory.ids == ids);
+            old.unwrap_or_else(|| (Memory::new(ids, reference.pair(ids)), [0.0; 3], -1.0))
+        });
+        self.lay_out(near, reference);
     }
 
-    /// Finds those that may touch, and those that have touched and must forget.
-    fn find(&mut self, reference: &Reference) {
-        let motions = reference.motions.as_slice();
-        self.now.resize(self.between, 0);
-        let mut count = 0;
-        let (between, at_walls) = self.near.split_at(self.between);
-        for (at, near) in (0..).zip(between) {
-            let (one, two) = (near.ids.0 as usize, near.ids.1 as usize);
-            let way = minus(motions[two].place, motions[one].place);
-            self.now[count] = at;
-            // Without a branch, which would be guessed wrong.
-            count += usize::from((dot(way, way) <= near.reach) | near.touches);
-        }
-        self.now.truncate(count);
-        self.walls.clear();
-        for (at, near) in (self.between as u32..).zip(at_walls) {
-            let touch = reference.wall(near.ids, reference.constants.wall_of(near.ids.0));
-            if touch.is_some() || near.touches {
-                self.walls.push((at, touch.unwrap_or(Touch::NONE)));
+    /// Lays out these pairs, sorted by ids, where there is none: no block has grains of two walls.
+    fn lay_out(&mut self, near: impl Iterator<Item = Near>, reference: &Reference) {
+        let (mut wall, mut lane) = (None, 0);
+        for near in near {
+            let first = near.0.ids.0;
+            let its = first.checked_sub(reference.motions.len() as u32);
+            if its != wall {
+                (wall, lane) = (its, 0);
             }
+            if lane == 0 {
+                self.blocks.push(Block {
+                    ids: [[first; LANES], [0; LANES]],
+                    radii: [Lanes::all(-1.0); 2],
+                    overlap: Lanes::all(-1.0),
+                    ..Block::default()
+                });
+            }
+            if let Some(block) = self.blocks.last_mut() {
+                block.put(lane, &near, &reference.sizes.radius);
+            }
+            lane = (lane + 1) % LANES;
         }
     }
 }
 
-/// Whether a law has a dashpot along the tangent.
-fn brakes(law: &Law) -> bool {
-    law.has_dashpots() && law.contact.springs != Springs::Linear
+/// What a pair remembers, the force on body 2, N, and the overlap, m.
+type Near = (Memory, Vector, f64);
+
+/// The pairs in these blocks.
+fn listed(blocks: &[Block]) -> impl Iterator<Item = Near> {
+    let places = blocks
+        .iter()
+        .flat_map(|block| (0..LANES).map(move |lane| (block, lane)));
+    let taken = places.filter(|(block, lane)| block.radii[1].0[*lane] >= 0.0);
+    taken.map(|(block, lane)| block.near(lane))
 }
 
 impl Memory {
@@ -249,51 +229,6 @@ impl Memory {
     }
 }
 
-impl Kept {
-    fn push(&mut self, memory: Memory, force: Vector, (has_moments, brakes): (bool, bool)) {
-        self.normal.push(memory.normal);
-        self.shear.push(memory.shear);
-        let moments = has_moments.then_some([memory.bending, memory.twisting]);
-        self.moments.extend(moments);
-        self.slides.extend(brakes.then_some(memory.slides));
-        self.pair.push(memory.pair);
-        self.force.push(force);
-    }
-
-    fn memory(&self, at: usize, ids: Ids) -> Memory {
-        let [bending, twisting] = self.moments.get(at).copied().unwrap_or_default();
-        Memory {
-            ids,
-            normal: self.normal[at],
-            shear: self.shear[at],
-            bending,
-            twisting,
-            slides: self.slides.get(at).is_some_and(|slides| *slides),
-            pair: self.pair[at],
-            k_s: 0.0,
-        }
-    }
-
-    /// Remembers what the contact in this lane has done, forgets what is none any more; says whether there is one.
-    fn keep(&mut self, at: usize, block: &Block, lane: usize) -> bool {
-        let touches = block.overlap.0[lane] >= 0.0;
-        let remembered = |vectors: &Vectors| match touches {
-            true => in_lane(vectors, lane),
-            false => [0.0; 3],
-        };
-        self.normal[at] = remembered(&block.normal);
-        self.shear[at] = remembered(&block.shear);
-        self.force[at] = remembered(&block.force);
-        if let Some(moments) = self.moments.get_mut(at) {
-            *moments = [remembered(&block.moments[0]), remembered(&block.moments[1])];
-        }
-        if let Some(slides) = self.slides.get_mut(at) {
-            *slides = touches && block.slides.0[lane] > 0.0;
-        }
-        touches
-    }
-}
-
 type Vectors = Vector<Lanes>;
 
 /// How eight bodies move.
@@ -305,6 +240,16 @@ struct Motions {
 }
 
 impl Motions {
+    /// Number by number: machines that gather vectors take longer.
+    fn take(&mut self, motions: &[Motion], ids: &[u32; LANES]) {
+        for (lane, id) in ids.iter().enumerate() {
+            let grain = &motions[*id as usize];
+            put(&mut self.place, lane, grain.place);
+            put(&mut self.velocity, lane, grain.velocity);
+            put(&mut self.spin, lane, grain.spin);
+        }
+    }
+
     /// Velocities of the bodies at these points, m/s.
     #[inline(always)]
     fn at(&self, point: Vectors) -> Vectors {
@@ -320,92 +265,109 @@ fn turned(vector: Vectors, [turn, about]: [Vectors; 2]) -> Vectors {
     minus(vector, cross(vector, about))
 }
 
-/// Eight contacts: what goes into the law and what comes of it.
+/// What eight contacts do besides the force on body 2, as [`Action`](super::law::Action) says of one.
 #[derive(Clone, Copy, Default)]
-struct Block {
-    on: [Motions; 2],
-    radii: [Lanes; 2],
-    /// Where they touch: at walls it is given.
-    overlap: Lanes,
-    normal: Vectors,
-    point: Vectors,
-    k_n: Lanes,
-    k_s: Lanes,
-    mass: Lanes,
-    tangent: Lanes,
-    pull: Lanes,
-    /// The normal of the step before.
-    before: Vectors,
-    /// What springs remember, before the step and after it.
-    shear: Vectors,
-    moments: [Vectors; 2],
-    /// 1 where it is cut, where the law has a dashpot along the tangent.
-    slides: Lanes,
-    /// As [`Action`](super::law::Action) says of one contact.
-    force: Vectors,
+struct Action {
     torques: [Vectors; 2],
     moment: Vectors,
 }
 
-/// Blocks that are filled, worked out and read together: what has just been written in parts is not yet read as a whole.
+/// Overlap, normal and point of eight contacts.
+type Met = (Lanes, Vectors, Vectors);
+
+/// Blocks that are worked out before what they do is added: a few, so that it stays near.
 const BLOCKS: usize = 4;
 
-fn put(to: &mut Vectors, lane: usize, vector: &Vector) {
+fn put(to: &mut Vectors, lane: usize, vector: Vector) {
     for (to, part) in to.iter_mut().zip(vector) {
-        to.0[lane] = *part;
+        to.0[lane] = part;
     }
 }
 
+#[inline(always)]
 fn in_lane(vectors: &Vectors, lane: usize) -> Vector {
     [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
 }
 
 impl Block {
-    fn move_one(&mut self, side: usize, lane: usize, motion: &Motion) {
-        let on = &mut self.on[side];
-        put(&mut on.place, lane, &motion.place);
-        put(&mut on.velocity, lane, &motion.velocity);
-        put(&mut on.spin, lane, &motion.spin);
-    }
-
-    fn remember(&mut self, lane: usize, kept: &Kept, at: usize, law: &Law) {
-        let (dashpots, adhesion) = (law.has_dashpots(), law.contact.adhesion.is_some());
-        put(&mut self.before, lane, &kept.normal[at]);
-        put(&mut self.shear, lane, &kept.shear[at]);
-        if let Some(moments) = kept.moments.get(at) {
-            put(&mut self.moments[0], lane, &moments[0]);
-            put(&mut self.moments[1], lane, &moments[1]);
-        }
-        let pair = &kept.pair[at];
+    fn put(&mut self, lane: usize, (memory, force, overlap): &Near, radius: &[f64]) {
+        let ((one, two), pair) = (memory.ids, memory.pair);
+        (self.ids[0][lane], self.ids[1][lane]) = (one, two);
+        let r2 = radius[two as usize];
+        self.radii[0].0[lane] = radius.get(one as usize).copied().unwrap_or(r2);
+        self.radii[1].0[lane] = r2;
+        self.overlap.0[lane] = *overlap;
         self.k_n.0[lane] = pair.k_n;
         self.k_s.0[lane] = pair.k_s;
         self.tangent.0[lane] = pair.tangent;
-        // Each number takes time; these two most laws do without.
-        if dashpots {
-            self.mass.0[lane] = pair.mass;
-        }
-        if adhesion {
-            self.pull.0[lane] = pair.pull;
-        }
+        self.mass.0[lane] = pair.mass;
+        self.pull.0[lane] = pair.pull;
+        put(&mut self.normal, lane, memory.normal);
+        put(&mut self.shear, lane, memory.shear);
+        put(&mut self.force, lane, *force);
+        put(&mut self.moments[0], lane, memory.bending);
+        put(&mut self.moments[1], lane, memory.twisting);
+        self.slides.0[lane] = f64::from(memory.slides);
+    }
+
+    fn near(&self, lane: usize) -> Near {
+        let memory = Memory {
+            ids: (self.ids[0][lane], self.ids[1][lane]),
+            normal: in_lane(&self.normal, lane),
+            shear: in_lane(&self.shear, lane),
+            bending: in_lane(&self.moments[0], lane),
+            twisting: in_lane(&self.moments[1], lane),
+            slides: self.slides.0[lane] > 0.0,
+            pair: Pair {
+                k_n: self.k_n.0[lane],
+                k_s: self.k_s.0[lane],
+                tangent: self.tangent.0[lane],
+                mass: self.mass.0[lane],
+                mass_along: self.mass.0[lane],
+                pull: self.pull.0[lane],
+            },
+            k_s: 0.0,
+        };
+        (memory, in_lane(&self.force, lane), self.overlap.0[lane])
+    }
+
+    /// The wall that its grains are near, if it is none of pairs of grains.
+    #[inline(always)]
+    fn wall<'a>(&self, constants: &'a Constants) -> Option<&'a Wall> {
+        let first = self.ids[0][0];
+        (!constants.ids.is_grain(first)).then(|| constants.wall_of(first))
     }
 
     /// Where grains touch.
     #[inline(always)]
-    fn meet(&mut self) {
-        let [one, two] = [&self.on[0].place, &self.on[1].place];
-        let way = minus(*two, *one);
+    fn meet(&self, [one, two]: &[Motions; 2]) -> Met {
+        let way = minus(two.place, one.place);
         let distance = dot(way, way).sqrt();
-        self.overlap = self.radii[0] + self.radii[1] - distance;
-        self.normal = each(way, |part| part / distance);
-        let arm = self.radii[0] - Lanes::all(0.5) * self.overlap;
-        self.point = plus(*one, times(arm, self.normal));
+        let overlap = self.radii[0] + self.radii[1] - distance;
+        let normal = each(way, |part| part / distance);
+        let arm = self.radii[0] - Lanes::all(0.5) * overlap;
+        (overlap, normal, plus(one.place, times(arm, normal)))
+    }
+
+    /// The same of a wall and grains.
+    #[inline(always)]
+    fn meet_wall(&self, wall: &Wall, grains: &Motions) -> Met {
+        let (all, axis) = (Lanes::all, wall.axis.in_space());
+        let distance = grains.place[axis] - all(wall.place);
+        let before = distance.exceeds(all(0.0));
+        let [size] = before.choose([distance], [-distance]);
+        let mut normal = [all(0.0); 3];
+        [normal[axis]] = before.choose([all(1.0)], [all(-1.0)]);
+        let mut point = grains.place;
+        point[axis] = all(wall.place);
+        (self.radii[1] - size, normal, point)
     }
 }
 
-/// Moves the grains as the reference does, velocity and spin of each in the lanes of a vector. Compiled for the widest vector
-/// unit that the machine has.
+/// Moves the grains as the reference does, velocity and spin of each in the lanes of a vector. No grain goes further than it says,
+/// m. Compiled for the widest vector unit that the machine has.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn advance(reference: &mut Reference) {
+fn advance(reference: &mut Reference) -> f64 {
     let (motions, sizes) = (&mut reference.motions, &reference.sizes);
     let Constants {
         dt, alpha, gravity, ..
@@ -416,6 +378,7 @@ fn advance(reference: &mut Reference) {
     let pull = six([gx, 0.0, gz], [-0.0; 3]);
     let loads = reference.force.iter().zip(&reference.torque);
     let inert = sizes.mass.iter().zip(&sizes.inertia);
+    let mut fastest = [0.0; 3];
     for ((grain, (force, torque)), (mass, inertia)) in motions.iter_mut().zip(loads).zip(inert) {
         let before = six(grain.velocity, grain.spin);
         let undamped = six(*force, *torque) / six([*mass; 3], [*inertia; 3]) + pull;
@@ -427,89 +390,51 @@ fn advance(reference: &mut Reference) {
         let [vx, vy, vz, wx, wy, wz, ..] = after.0;
         (grain.velocity, grain.spin) = ([vx, vy, vz], [wx, wy, wz]);
         grain.place = plus(grain.place, times(dt, grain.velocity));
+        for (fastest, part) in fastest.iter_mut().zip(grain.velocity) {
+            *fastest = part.abs().max(*fastest);
+        }
     }
+    dt * norm(fastest)
 }
 
 /// What contacts between grains and at walls do, added to the sums.
 fn add(space: &mut Space, reference: &mut Reference) {
-    let Reference {
-        motions,
-        sizes,
-        force,
-        torque,
-        constants,
-        ..
-    } = reference;
-    let Space {
-        near,
-        kept,
-        now,
-        walls,
-        powers,
-        ..
-    } = space;
-    let has_moments = !kept.moments.is_empty();
+    let (motions, constants) = (reference.motions.as_slice(), &reference.constants);
+    // Of one length, so that an index is checked once.
+    let force = &mut reference.force[..motions.len()];
+    let torque = &mut reference.torque[..motions.len()];
+    let has_moments = constants.law.contact.rolling.is_some();
     let laws = Laws {
         constants,
-        powers: *powers,
+        powers: space.powers,
     };
-    let mut blocks = [Block::default(); BLOCKS];
-    for now in now.chunks(BLOCKS * LANES) {
-        for (block, now) in blocks.iter_mut().zip(now.chunks(LANES)) {
-            for (lane, at) in now.iter().enumerate() {
-                let Near { ids, .. } = near[*at as usize];
-                for (side, id) in [ids.0, ids.1].into_iter().enumerate() {
-                    block.move_one(side, lane, &motions[id as usize]);
-                    block.radii[side].0[lane] = sizes.radius[id as usize];
-                }
-                block.remember(lane, kept, *at as usize, &constants.law);
+    let mut on = [[Motions::default(); 2]; BLOCKS];
+    let mut actions = [Action::default(); BLOCKS];
+    for blocks in space.blocks.chunks_mut(BLOCKS) {
+        for (block, [one, two]) in blocks.iter().zip(&mut on) {
+            match block.wall(constants) {
+                None => one.take(motions, &block.ids[0]),
+                Some(_) => *one = Motions::default(),
             }
+            two.take(motions, &block.ids[1]);
         }
-        act(&mut blocks[..now.len().div_ceil(LANES)], &laws, false);
-        for (block, now) in blocks.iter().zip(now.chunks(LANES)) {
-            for (lane, at) in now.iter().enumerate() {
-                let at = *at as usize;
-                near[at].touches = kept.keep(at, block, lane);
-                if !near[at].touches {
-                    continue;
+        act(blocks, &on, &laws, &mut actions);
+        for (block, action) in blocks.iter().zip(&actions) {
+            let is_at_wall = block.wall(constants).is_some();
+            for lane in 0..LANES {
+                let (one, two) = (block.ids[0][lane] as usize, block.ids[1][lane] as usize);
+                let (on_two, moment) = (in_lane(&block.force, lane), &action.moment);
+                if !is_at_wall {
+                    force[one] = minus(force[one], on_two);
+                    torque[one] = plus(torque[one], in_lane(&action.torques[0], lane));
+                    if has_moments {
+                        torque[one] = minus(torque[one], in_lane(moment, lane));
+                    }
                 }
-                let (one, two) = (near[at].ids.0 as usize, near[at].ids.1 as usize);
-                let on_two = in_lane(&block.force, lane);
-                force[one] = minus(force[one], on_two);
                 force[two] = plus(force[two], on_two);
-                torque[one] = plus(torque[one], in_lane(&block.torques[0], lane));
-                torque[two] = plus(torque[two], in_lane(&block.torques[1], lane));
+                torque[two] = plus(torque[two], in_lane(&action.torques[1], lane));
                 if has_moments {
-                    let moment = in_lane(&block.moment, lane);
-                    torque[one] = minus(torque[one], moment);
-                    torque[two] = plus(torque[two], moment);
-                }
-            }
-        }
-    }
-    let block = &mut blocks[0];
-    block.on[0] = Motions::default();
-    for now in walls.chunks(LANES) {
-        for (lane, (at, touch)) in now.iter().enumerate() {
-            let at = *at as usize;
-            block.move_one(1, lane, &motions[near[at].ids.1 as usize]);
-            block.radii[0].0[lane] = touch.radii[0];
-            block.radii[1].0[lane] = touch.radii[1];
-            block.overlap.0[lane] = touch.overlap;
-            put(&mut block.normal, lane, &touch.normal);
-            put(&mut block.point, lane, &touch.point);
-            block.remember(lane, kept, at, &constants.law);
-        }
-        act(std::slice::from_mut(block), &laws, true);
-        for (lane, (at, _)) in now.iter().enumerate() {
-            let at = *at as usize;
-            near[at].touches = kept.keep(at, block, lane);
-            if near[at].touches {
-                let two = near[at].ids.1 as usize;
-                force[two] = plus(force[two], in_lane(&block.force, lane));
-                torque[two] = plus(torque[two], in_lane(&block.torques[1], lane));
-                if has_moments {
-                    torque[two] = plus(torque[two], in_lane(&block.moment, lane));
+                    torque[two] = plus(torque[two], in_lane(moment, lane));
                 }
             }
         }
@@ -518,12 +443,41 @@ fn add(space: &mut Space, reference: &mut Reference) {
 
 /// What they do. Compiled for the widest vector unit that the machine has.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn act(blocks: &mut [Block], laws: &Laws, at_walls: bool) {
-    for block in blocks {
-        if !at_walls {
-            block.meet();
+fn act(blocks: &mut [Block], on: &[[Motions; 2]], laws: &Laws, actions: &mut [Action]) {
+    match laws.is_simple() {
+        true => act_plain::<true>(blocks, on, laws, actions),
+        false => act_plain::<false>(blocks, on, laws, actions),
+    }
+}
+
+/// The usual law of Hertz and Mindlin and nothing more is compiled by itself, for what is chosen while it runs takes time. What is
+/// worked out goes through memory twice, for compilers do not see vectors in one long formula.
+#[inline(always)]
+fn act_plain<const SIMPLE: bool>(
+    blocks: &mut [Block],
+    on: &[[Motions; 2]],
+    laws: &Laws,
+    actions: &mut [Action],
+) {
+    let mut met = [Met::default(); BLOCKS];
+    let mut powers = [[Lanes::default(); 2]; BLOCKS];
+    for ((block, on), met) in blocks.iter().zip(on).zip(&mut met) {
+        *met = match block.wall(laws.constants) {
+            None => block.meet(on),
+            Some(wall) => block.meet_wall(wall, &on[1]),
+        };
+    }
+    if SIMPLE || laws.constants.law.contact.springs == Springs::HertzMindlin {
+        for ((overlap, ..), powers) in met[..blocks.len()].iter().zip(&mut powers) {
+            // The library is not asked for the sake of those that do not touch.
+            let touches = overlap.reaches(Lanes::all(0.0));
+            let [shown] = touches.choose([*overlap], [Lanes::all(0.5)]);
+            *powers = laws.powers.of(shown);
         }
-        laws.act(block);
+    }
+    let acting = blocks.iter_mut().zip(on).zip(actions);
+    for ((((block, on), action), met), powers) in acting.zip(&met).zip(&powers) {
+        *action = laws.act::<SIMPLE>(block, on, *met, *powers);
     }
 }
 
@@ -534,14 +488,39 @@ struct Laws<'a> {
 }
 
 impl Laws<'_> {
-    /// As the reference's `act`.
+    /// Whether the law is Hertz's and Mindlin's with what is usual and nothing more. Whoever asks must not be told why: a compiler
+    /// that knows it makes one long formula of the law, and sees no vectors in it.
+    #[inline(never)]
+    fn is_simple(&self) -> bool {
+        let (law, rules) = (&self.constants.law, &self.constants.rules);
+        law.contact.springs == Springs::HertzMindlin
+            && !law.has_dashpots()
+            && law.contact.adhesion.is_none()
+            && law.contact.rolling.is_none()
+            && rules.slip != Slip::ContactPoint
+            && rules.torque_arms == Arms::ContactPoint
+    }
+
+    /// As the reference's `act`, of bodies that move and meet so.
     #[inline(always)]
-    fn act(&self, block: &mut Block) {
+    fn act<const SIMPLE: bool>(
+        &self,
+        block: &mut Block,
+        on: &[Motions; 2],
+        (u, n, point): Met,
+        [root, power]: [Lanes; 2],
+    ) -> Action {
         let (constants, law, rules) = (self.constants, &self.constants.law, &self.constants.rules);
         let (all, none) = (Lanes::all, [Lanes::all(0.0); 3]);
         let contact = &law.contact;
-        let is_linear = contact.springs == Springs::Linear;
-        let dashpots = law.has_dashpots();
+        let is_linear = !SIMPLE && contact.springs == Springs::Linear;
+        let dashpots = !SIMPLE && law.has_dashpots();
+        let adhesion = contact.adhesion.filter(|_| !SIMPLE);
+        let rolling = contact.rolling.filter(|_| !SIMPLE);
+        let points = [
+            !SIMPLE && rules.slip == Slip::ContactPoint,
+            SIMPLE || rules.torque_arms == Arms::ContactPoint,
+        ];
         let clips = dashpots && rules.tension == TensionRule::Cut;
         let dt = all(constants.dt);
         let Block {
@@ -549,26 +528,23 @@ impl Laws<'_> {
             k_s,
             mass,
             tangent,
-            pull,
             ..
         } = *block;
-        let (u, n, on) = (block.overlap, block.normal, &block.on);
+        let pull = adhesion.map_or(all(0.0), |_| block.pull);
+        let touches = u.reaches(all(0.0));
 
         // The constants at this overlap.
         let (elastic, k_n, k_s) = match is_linear {
             true => (k_n * u, k_n, k_s),
-            false => {
-                let [root, power] = self.powers.of(u);
-                (k_n * power, all(1.5) * k_n * root, k_s * root)
-            }
+            false => (k_n * power, all(1.5) * k_n * root, k_s * root),
         };
         let by_ratio = |ratio: f64, k: Lanes| all(2.0 * ratio) * (mass * k).sqrt();
         let [normal_ratio, along_ratio] = constants.damping_ratios;
 
         // The normal force.
-        let with_points = dashpots || rules.slip == Slip::ContactPoint;
+        let with_points = dashpots || points[0];
         let at_contact_point = match with_points {
-            true => minus(on[1].at(block.point), on[0].at(block.point)),
+            true => minus(on[1].at(point), on[0].at(point)),
             false => none,
         };
         let c_n = match contact.viscosity {
@@ -592,7 +568,7 @@ impl Laws<'_> {
                 let viscous = times(c_n, times(dot(n, at_contact_point), n));
                 let force = minus(spring, viscous);
                 let pushes = dot(force, n).reaches(all(0.0));
-                match (clips, contact.adhesion) {
+                match (clips, adhesion) {
                     (false, _) => force,
                     (true, None) => pushes.choose(force, none),
                     (true, Some(_)) => {
@@ -608,15 +584,15 @@ impl Laws<'_> {
         };
 
         // The tangential force.
-        let before = block.before;
+        let before = block.normal;
         let turn = cross(before, n);
         let spins = plus(on[0].spin, on[1].spin);
         let about = times(all(0.5 * constants.dt) * dot(before, spins), before);
         let turns = [turn, about];
         let [r1, r2] = block.radii;
-        let relative = match rules.slip {
-            Slip::ContactPoint => at_contact_point,
-            _ => {
+        let relative = match points[0] {
+            true => at_contact_point,
+            false => {
                 let stretch = (r1 + r2) / (r1 + r2 - u);
                 let relative = times(stretch, minus(on[1].velocity, on[0].velocity));
                 minus(
@@ -644,12 +620,15 @@ impl Laws<'_> {
         };
         let squared = dot(shear, shear);
         let slides = squared.exceeds(limit_squared);
-        let shear = slides.choose(times(limit / squared.sqrt(), shear), shear);
+        let shear = match slides.and(touches).any() {
+            true => slides.choose(times(limit / squared.sqrt(), shear), shear),
+            false => shear,
+        };
         let tangential = match dashpots && !is_linear {
             true => {
                 let c_s = by_ratio(along_ratio, k_s);
                 let braking = times(-c_s, each(times(dt, slip), |way| way / dt));
-                [block.slides] = slides.choose([all(1.0)], [all(0.0)]);
+                [block.slides] = slides.and(touches).choose([all(1.0)], [all(0.0)]);
                 slides.choose(shear, plus(shear, braking))
             }
             false => shear,
@@ -658,7 +637,7 @@ impl Laws<'_> {
 
         // Moments against rolling and twisting.
         let mut moments = [none; 2];
-        if let Some(rolling) = contact.rolling {
+        if let Some(rolling) = rolling {
             let relative = minus(on[1].spin, on[0].spin);
             let twist = times(dot(relative, n), n);
             let grown = |before: Vectors, stiffness: f64, rate: Vectors| {
@@ -688,23 +667,35 @@ impl Laws<'_> {
                 (None, None) => none,
             };
             moments = [bending, twisting];
+            block.moments = [
+                touches.choose(bending, none),
+                touches.choose(twisting, none),
+            ];
         }
 
         // Torques of the force.
         let on_first = each(force, |part| -part);
-        block.torques = match rules.torque_arms {
-            Arms::ContactPoint => [
-                cross(minus(block.point, on[0].place), on_first),
-                cross(minus(block.point, on[1].place), force),
+        let torques = match points[1] {
+            true => [
+                cross(minus(point, on[0].place), on_first),
+                cross(minus(point, on[1].place), force),
             ],
-            _ => {
+            false => {
                 let turn = cross(n, on_first);
                 [r1, r2].map(|radius| times(radius - all(0.5) * u, turn))
             }
         };
-        block.force = force;
-        block.moment = plus(moments[0], moments[1]);
-        block.moments = moments;
-        block.shear = shear;
+        block.overlap = u;
+        block.normal = touches.choose(n, none);
+        block.shear = touches.choose(shear, none);
+        block.force = touches.choose(force, none);
+        let moment = plus(moments[0], moments[1]);
+        Action {
+            torques: [
+                touches.choose(torques[0], none),
+                touches.choose(torques[1], none),
+            ],
+            moment: touches.choose(moment, none),
+        }
     }
 }

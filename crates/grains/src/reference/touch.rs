@@ -22,18 +22,6 @@ pub(super) struct Touch {
     pub slip: Slip,
 }
 
-impl Touch {
-    /// Of bodies that do not touch.
-    pub const NONE: Touch = Touch {
-        first: Body::Wall,
-        overlap: -1.0,
-        normal: [0.0; 3],
-        point: [0.0; 3],
-        radii: [1.0; 2],
-        slip: Slip::AsModel,
-    };
-}
-
 impl Reference {
     /// Bodies that touch, in the order in which their forces are summed: grains, then walls and grains; the punch comes last.
     pub(super) fn find_touching(&mut self, all: &mut Vec<Touching>) {
@@ -334,34 +322,71 @@ impl Reference {
     }
 
     /// Whether two grains may have come nearer by this since they were there.
-    pub(super) fn have_gone(&self, at: &[Vector], gap: f64) -> bool {
-        // From both sides.
-        let far = 0.49 * gap;
-        let has_gone = |(now, then): (&super::Motion, &Vector)| {
-            minus(now.place, *then).iter().any(|way| way.abs() > far)
-        };
-        at.len() != self.motions.len() || self.motions.iter().zip(at).any(has_gone)
+    fn have_gone(&self, at: &[Vector], gap: f64) -> bool {
+        self.furthest(at) > far(gap)
     }
 
-    /// Pairs of grains whose surfaces are no farther apart than this in any direction, in the order of their ids.
+    /// How far the furthest grain is from where it was, m; endless where they were not there.
+    pub(super) fn furthest(&self, at: &[Vector]) -> f64 {
+        if at.len() != self.motions.len() {
+            return f64::INFINITY;
+        }
+        let ways = self.motions.iter().zip(at);
+        let ways = ways.map(|(now, then)| norm(minus(now.place, *then)));
+        ways.fold(0.0, f64::max)
+    }
+
+    /// Pairs of grains whose surfaces are no farther apart than this, in the order of their ids. They are looked for in cells that
+    /// are as wide as the furthest pair.
     pub(super) fn near_pairs(&self, gap: f64) -> Near {
         let radius = &self.sizes.radius;
-        let at: Vec<Vector> = self.motions.iter().map(|grain| grain.place).collect();
-        let mut order: Vec<usize> = (0..at.len()).collect();
-        order.sort_by(|a, b| at[*a][0].total_cmp(&at[*b][0]));
-        let largest = radius.iter().copied().fold(0.0, f64::max);
+        let at = self.places();
+        // A little wider, so that rounding does not matter, and never more than a few a grain.
+        let side = (1.0 + 1.0e-9) * (2.0 * self.largest_radius() + gap);
+        let most = (4.0 * at.len() as f64).cbrt().max(1.0);
+        let axes = [0, 1, 2].map(|axis| {
+            let along = at.iter().map(|place| place[axis]);
+            let (low, high) = (
+                along.clone().fold(f64::INFINITY, f64::min),
+                f64::NEG_INFINITY,
+            );
+            let extent = along.fold(high, f64::max) - low;
+            let cells = (extent / side).clamp(1.0, most) as usize;
+            (low, cells, cells as f64 / extent)
+        });
+        let cell = |place: &Vector| {
+            [0, 1, 2].map(|axis| {
+                let (low, cells, over_side) = axes[axis];
+                (((place[axis] - low) * over_side) as usize).min(cells - 1)
+            })
+        };
+        let [(_, columns, _), (_, rows, _), (_, layers, _)] = axes;
+        let index = |[x, y, z]: [usize; 3]| (x * rows + y) * layers + z;
+        let mut start = vec![0; columns * rows * layers + 1];
+        at.iter()
+            .for_each(|place| start[index(cell(place)) + 1] += 1);
+        (1..start.len()).for_each(|cell| start[cell] += start[cell - 1]);
+        let grains = (0..).zip(&at).zip(radius);
+        let grains = grains.map(|((id, place), radius)| (id, *place, *radius));
+        let mut sorted: Vec<(u32, Vector, f64)> = grains.collect();
+        sorted.sort_by_cached_key(|(_, place, _)| index(cell(place)));
         let mut pairs = Vec::new();
-        for (here, a) in order.iter().enumerate() {
-            let reach = at[*a][0] + radius[*a] + largest + gap;
-            let beyond = order[here + 1..].iter().take_while(|b| at[**b][0] <= reach);
-            for b in beyond {
-                let reach = radius[*a] + radius[*b] + gap;
-                if minus(at[*b], at[*a]).iter().all(|way| way.abs() <= reach) {
-                    pairs.push((*a.min(b) as u32, *a.max(b) as u32));
+        for (id, place) in (0..).zip(&at) {
+            let ([x, y, z], reach, first) = (cell(place), radius[id as usize] + gap, pairs.len());
+            for x in x.saturating_sub(1)..(x + 2).min(columns) {
+                for y in y.saturating_sub(1)..(y + 2).min(rows) {
+                    let from = start[index([x, y, z.saturating_sub(1)])];
+                    let to = start[index([x, y, (z + 1).min(layers - 1)]) + 1];
+                    for (other, there, radius) in &sorted[from..to] {
+                        let (way, reach) = (minus(*there, *place), reach + radius);
+                        if *other > id && dot(way, way) <= reach * reach {
+                            pairs.push((id, *other));
+                        }
+                    }
                 }
             }
+            pairs[first..].sort_unstable();
         }
-        pairs.sort_unstable();
         Near { pairs, at }
     }
 }
@@ -384,3 +409,8 @@ pub(super) struct NearObstacles {
 
 /// How far apart surfaces may be that are near, over the largest radius.
 const NEAR: f64 = 0.4;
+
+/// How far each of two grains may go, from both sides, before they have come nearer by this, m.
+pub(super) fn far(gap: f64) -> f64 {
+    0.49 * gap
+}
