@@ -175,6 +175,27 @@ fn falling(name: &str, contact: ContactLaw) -> Case {
     }
 }
 
+/// Steps that are too long, or engines that write nonsense, lead there.
+#[test]
+fn places_that_are_no_numbers_or_far_away_touch_nothing() {
+    let mut case = falling("no number", ContactLaw::default());
+    case.moments = vec![0, 2];
+    let whole = variant::run(&case, &Variant::default());
+    let pairs = |run: &[Snapshot]| {
+        let grains = case.bodies.len() as u32;
+        let contacts = run[0].contacts.iter();
+        contacts
+            .filter(|one| one.id1 < grains && one.id1 != 7 && one.id2 != 7)
+            .count()
+    };
+    for place in [f64::NAN, f64::INFINITY, -1.0e300] {
+        let mut odd = case.clone();
+        odd.bodies.x[7] = place;
+        let run = variant::run(&odd, &Variant::default());
+        assert_eq!(pairs(&run), pairs(&whole), "{place}");
+    }
+}
+
 /// Every number at every moment, contacts and the force on the punch among them.
 #[test]
 fn lists_and_lanes_have_the_bits_of_the_step_written_out() {

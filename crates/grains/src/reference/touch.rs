@@ -351,7 +351,8 @@ impl Reference {
                 f64::NEG_INFINITY,
             );
             let extent = along.fold(high, f64::max) - low;
-            let cells = (extent / side).clamp(1.0, most) as usize;
+            // A place that is no number makes one cell of all.
+            let cells = (extent / side).max(1.0).min(most) as usize;
             (low, cells, cells as f64 / extent)
         });
         let cell = |place: &Vector| {
