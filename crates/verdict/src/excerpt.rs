@@ -439,7 +439,7 @@ impl Excerpt {
         if let (Some(_), Some(ended), Some(own)) = (&judged.farthest, ended, self.ends.get())
             && ended != *own
         {
-            let [told, right] = [&ended, own].map(|ends| in_words(ends));
+            let [told, right] = [&ended[..], &own[..]].map(in_words);
             return Ok(self.failed(format!(
                 "it says {told}, and by the scene's rules it is {right}"
             )));
@@ -455,7 +455,7 @@ impl Excerpt {
     }
 }
 
-fn in_words(ends: &Ends) -> String {
+fn in_words(ends: &[(Stage, StopReason)]) -> String {
     let each = ends
         .iter()
         .map(|(stage, stop)| format!("{} ended as {}", stage.name(), stop.name()));
