@@ -623,6 +623,8 @@ pub(crate) fn of_states(states: &[(&Case, bool)]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use grains::variant::{self, Variant};
+
     use super::{Properties, Property, of_contacts, of_rows};
     use crate::contacts::Table;
     use crate::spheres::reference;
@@ -717,6 +719,34 @@ mod tests {
         };
         let said = told(&boxes, "space-14-under-punch");
         assert!(said.contains("missing where they are at boxes"), "{said}");
+    }
+
+    /// Triangles and boxes that are felt at their faces alone.
+    #[test]
+    fn contacts_that_are_missing_at_edges_are_told_so() {
+        let reference = reference().expect("a bed");
+        let mut told = Vec::new();
+        for state in reference.states() {
+            let (case, own) = (
+                &state.case,
+                &variant::run(&state.case, &Variant::default())[0],
+            );
+            let first = case.ids().wall(case.model.walls.len());
+            let is_at_edge = |row: &crate::contacts::Row| {
+                let index = row.contact.id1.checked_sub(first);
+                let obstacle = index.and_then(|at| case.model.obstacles.get(at as usize));
+                obstacle.is_some_and(|obstacle| obstacle.is_at_edge(row.normal(), 0, 1.0))
+            };
+            let missing = Table::from(own).rows().filter(is_at_edge);
+            let missing: Vec<_> = missing.map(|row| row.ids()).collect();
+            let what = ("contacts are missing", &missing[..]);
+            told.extend(of_contacts(case, &[], own, what, &|_| true));
+        }
+        // All contacts of boxes are at edges there.
+        for words in ["edges or corners of triangles", "boxes"] {
+            let words = format!("missing where they are at {words}");
+            assert!(told.iter().any(|said| said.contains(&words)), "{told:?}");
+        }
     }
 
     /// An array that is too short, and one of each grain that is.

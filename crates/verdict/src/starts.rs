@@ -761,6 +761,15 @@ mod tests {
             why.contains("load ended as target_load_not_reached"),
             "{why}"
         );
+        // Which moment came where which was due, so that a run that is wrong by more is told in other words.
+        let short = judged(&moments[..moments.len() - 1], StopReason::Reached);
+        assert_eq!(short.verdict, Verdict::Different);
+        let why = short.skipped.unwrap_or_default();
+        assert!(why.contains(": none where load "), "{why}");
+        assert!(
+            why.contains("before that it is as far off as rounding takes it"),
+            "{why}"
+        );
         let changes: [fn(&mut Punch); 2] = [
             |punch| punch.start -= 1.0e-3,
             |punch| punch.velocity = -punch.velocity,

@@ -90,6 +90,13 @@ impl Seen {
         if is_right((gone, last)) {
             return None;
         }
+        let apart = self.held.iter().filter(|one| one.share > END);
+        if apart.clone().count() >= FEWEST && apart.clone().all(|one| !one.is_there) {
+            return Some(
+                "contacts that adhesion holds: none is there whose bodies no longer overlap"
+                    .to_owned(),
+            );
+        }
         // An overlap of Johnson, Kendall and Roberts goes by the cube root of the radius.
         let radii: [(&str, Radius); 6] = [
             ("R₁", |one, _| one),
@@ -241,6 +248,11 @@ mod tests {
         let told = open.ends_elsewhere().unwrap_or_default();
         assert!(
             told.contains("until 1.400 of") && !told.contains("in the place"),
+            "{told}"
+        );
+        let told = held(&|_, _| 0.0).ends_elsewhere().unwrap_or_default();
+        assert!(
+            told.contains("none is there whose bodies no longer overlap"),
             "{told}"
         );
         let by_second = |one: f64, two: f64| (two * (one + two) / (one * two)).cbrt();
