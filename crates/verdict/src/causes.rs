@@ -12,6 +12,7 @@ use grains::tables::{Body, Snapshot};
 use grains::task::Case;
 use grains::variant::{self, Alone, Form, Variant};
 use serde::Serialize;
+use statrs::function::factorial::ln_binomial;
 
 use crate::constants::{Fit, Fitted, Observed, Search, situations, until};
 use crate::envelope::{Farthest, Resolution};
@@ -601,7 +602,8 @@ impl Tried<'_> {
                     first.condition =
                         conditions::of_contacts(case, &run[..at], &run[at], wrong, &|_| true);
                     let said = contacts::what_is_off((&theirs[at]).into(), (&own[at]).into());
-                    first.numbers = said.map(|said| format!("after {step} steps {said}"));
+                    let late = begin_unseen(&own[..=at], &missing);
+                    first.numbers = said.map(|said| format!("after {step} steps {said}{late}"));
                 }
                 true if grains.is_empty() => return None,
                 true => {
@@ -685,6 +687,32 @@ struct WrongFirst {
     lacks_contacts: bool,
 }
 
+/// How probable it may be that what is told of contacts is chance.
+const CHANCE: f64 = 0.05;
+
+/// That missing contacts are all among the few that have begun since the moment before, as where neighbours are looked for too seldom.
+fn begin_unseen(own: &[Snapshot], missing: &[(u32, u32)]) -> String {
+    let [.., before, now] = own else {
+        return String::new();
+    };
+    let before_it: HashSet<_> = ids_of(before).collect();
+    let begun: HashSet<_> = ids_of(now).filter(|ids| !before_it.contains(ids)).collect();
+    // As many of all contacts would be among them by chance so seldom.
+    let [of_all, of_begun] = [now.contacts.len(), begun.len()]
+        .map(|among| ln_binomial(among as u64, missing.len() as u64));
+    match of_begun - of_all < CHANCE.ln()
+        && !missing.is_empty()
+        && missing.iter().all(|ids| begun.contains(ids))
+    {
+        false => String::new(),
+        true => format!(
+            "; what is missing is among the {} that have begun since step {}: contacts that begin are found late, or not at all",
+            begun.len(),
+            before.step
+        ),
+    }
+}
+
 /// Those of all contacts of a moment.
 fn ids_of(moment: &Snapshot) -> impl Iterator<Item = (u32, u32)> {
     let contacts = moment.contacts.iter();
@@ -741,3 +769,29 @@ fn around_one<'a>(
 
 /// A disc and those that can touch it.
 const MOST_NEIGHBOURS: usize = 7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contacts_that_begin_and_are_not_there_are_told_where_that_is_no_chance() {
+        let bed = crate::spheres::reference().expect("a bed");
+        let mut states = bed.states().iter();
+        let state = states.find(|state| state.key == "space-0-at-rest");
+        let case = &state.expect("a bed at rest").case;
+        let mut now = variant::run(case, &Variant::default()).remove(0);
+        let all: Vec<(u32, u32)> = ids_of(&now).collect();
+        let mut before = now.clone();
+        // A tenth of them begins.
+        before.contacts.truncate(all.len() - all.len() / 10);
+        now.step = 1;
+        let moments = [before, now];
+        let late = |missing: &[(u32, u32)]| begin_unseen(&moments, missing);
+        let newest = &all[all.len() - 3..];
+        assert!(late(newest).contains("found late, or not at all"));
+        assert_eq!(late(&newest[..1]), "");
+        assert_eq!(late(&[newest[0], newest[1], all[0]]), "");
+        assert_eq!(late(&[]), "");
+    }
+}
