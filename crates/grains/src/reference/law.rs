@@ -478,14 +478,16 @@ impl Reference {
         [one, grain(ids.1)]
     }
 
+    /// Where these bodies touch, if they do.
+    pub(super) fn touch_of(&self, ids: Ids) -> Option<&Touch> {
+        let at = self.touching.binary_search_by_key(&ids, |pair| pair.ids);
+        at.ok().map(|at| &self.touching[at].touch)
+    }
+
     /// What these bodies' contact does besides its spring along the tangent, where its table tells this normal force; none where they do
     /// not touch.
     pub fn by_table(&self, ids: (u32, u32), normal_force: f64) -> Option<ByTable> {
-        let at = self
-            .touching
-            .binary_search_by_key(&ids, |pair| pair.ids)
-            .ok()?;
-        let touch = &self.touching[at].touch;
+        let touch = self.touch_of(ids)?;
         let pair = self.pair(ids);
         let strength = self.strength(ids, touch, &pair);
         let on = self.motions(ids, touch);
@@ -507,11 +509,7 @@ impl Reference {
         (normal_force, tangential): (f64, Vector),
         before: Option<Told>,
     ) -> Option<Parts> {
-        let at = self
-            .touching
-            .binary_search_by_key(&ids, |pair| pair.ids)
-            .ok()?;
-        let touch = &self.touching[at].touch;
+        let touch = self.touch_of(ids)?;
         let pair = self.pair(ids);
         let strength = self.strength(ids, touch, &pair);
         let on = self.motions(ids, touch);

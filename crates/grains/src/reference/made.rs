@@ -47,267 +47,86 @@ pub struct Makes {
 /// One thing that they are made of, in words, and how it is taken from elsewhere.
 pub type Ingredient = (&'static str, fn(&mut Made, &Made));
 
+/// Rows of words and of what is taken from elsewhere; what contacts remember only where both remember something.
+macro_rules! ingredients {
+    (
+        $($words:literal: $($place:ident $([$side:literal])? $(.$part:ident)*),+;)+
+        of memories { $($kept_words:literal: $kept:ident;)* }
+    ) => {
+        &[
+            $(($words, |made, other| {
+                $(made.$place $([$side])? $(.$part)* = other.$place $([$side])? $(.$part)*;)+
+            }),)+
+            $(($kept_words, |made, other| {
+                if let (Some(memory), Some(other)) = (&mut made.memory, &other.memory) {
+                    memory.$kept = other.$kept;
+                }
+            }),)*
+        ]
+    };
+}
+
 /// Of forces.
-pub const OF_FORCES: &[Ingredient] = &[
-    (
-        "the overlap in the spring along the normal",
-        |made, other| made.overlaps[0] = other.overlaps[0],
-    ),
-    ("the overlap in k_s", |made, other| {
-        made.overlaps[1] = other.overlaps[1]
-    }),
-    ("the overlap in the dashpots", |made, other| {
-        made.overlaps[2] = other.overlaps[2]
-    }),
-    ("k_n", |made, other| made.pair.k_n = other.pair.k_n),
-    ("k_s", |made, other| made.pair.k_s = other.pair.k_s),
-    ("both stiffnesses", |made, other| {
-        (made.pair.k_n, made.pair.k_s) = (other.pair.k_n, other.pair.k_s)
-    }),
-    ("the effective mass", |made, other| {
-        (made.pair.mass, made.pair.mass_along) = (other.pair.mass, other.pair.mass_along)
-    }),
-    ("the coefficient of friction", |made, other| {
-        made.pair.tangent = other.pair.tangent
-    }),
-    ("the pull of adhesion", |made, other| {
-        made.pair.pull = other.pair.pull
-    }),
-    ("all constants", |made, other| made.pair = other.pair),
-    (
-        "the normal in the dashpot along the normal",
-        |made, other| made.in_dashpot.normal = other.in_dashpot.normal,
-    ),
-    (
-        "the contact point in the dashpot along the normal",
-        |made, other| made.in_dashpot.point = other.in_dashpot.point,
-    ),
-    (
-        "the velocities in the dashpot along the normal",
-        |made, other| {
-            take(
-                &mut made.moves_in_dashpot,
-                &other.moves_in_dashpot,
-                &[0, 1],
-                velocity,
-            )
-        },
-    ),
-    (
-        "the first one's velocity in the dashpot along the normal",
-        |made, other| {
-            take(
-                &mut made.moves_in_dashpot,
-                &other.moves_in_dashpot,
-                &[0],
-                velocity,
-            )
-        },
-    ),
-    (
-        "the second one's velocity in the dashpot along the normal",
-        |made, other| {
-            take(
-                &mut made.moves_in_dashpot,
-                &other.moves_in_dashpot,
-                &[1],
-                velocity,
-            )
-        },
-    ),
-    (
-        "the spins in the dashpot along the normal",
-        |made, other| {
-            take(
-                &mut made.moves_in_dashpot,
-                &other.moves_in_dashpot,
-                &[0, 1],
-                spin,
-            )
-        },
-    ),
-    (
-        "the first one's spin in the dashpot along the normal",
-        |made, other| {
-            take(
-                &mut made.moves_in_dashpot,
-                &other.moves_in_dashpot,
-                &[0],
-                spin,
-            )
-        },
-    ),
-    (
-        "the speed of approach in what a new contact slips",
-        |made, other| made.parting = other.parting,
-    ),
-    ("the normal in the slip", |made, other| {
-        made.in_slip.normal = other.in_slip.normal
-    }),
-    ("the overlap in the slip", |made, other| {
-        made.in_slip.overlap = other.in_slip.overlap
-    }),
-    ("the radii in the slip", |made, other| {
-        made.in_slip.radii = other.in_slip.radii
-    }),
-    ("the velocities in the slip", |made, other| {
-        take(
-            &mut made.moves_in_slip,
-            &other.moves_in_slip,
-            &[0, 1],
-            velocity,
-        )
-    }),
-    ("the first one's velocity in the slip", |made, other| {
-        take(
-            &mut made.moves_in_slip,
-            &other.moves_in_slip,
-            &[0],
-            velocity,
-        )
-    }),
-    ("the second one's velocity in the slip", |made, other| {
-        take(
-            &mut made.moves_in_slip,
-            &other.moves_in_slip,
-            &[1],
-            velocity,
-        )
-    }),
-    ("the spins in the slip", |made, other| {
-        take(&mut made.moves_in_slip, &other.moves_in_slip, &[0, 1], spin)
-    }),
-    ("the first one's spin in the slip", |made, other| {
-        take(&mut made.moves_in_slip, &other.moves_in_slip, &[0], spin)
-    }),
-    ("the second one's spin in the slip", |made, other| {
-        take(&mut made.moves_in_slip, &other.moves_in_slip, &[1], spin)
-    }),
-    ("velocities and spins in the slip", |made, other| {
-        made.moves_in_slip = other.moves_in_slip
-    }),
-    ("the normal with which the spring turns", |made, other| {
-        made.in_turn.normal = other.in_turn.normal
-    }),
-    (
-        "the normal of the step before, from which the spring turns,",
-        |made, other| of_memory(made, other, |memory, other| memory.normal = other.normal),
-    ),
-    ("the spins with which the spring turns", |made, other| {
-        take(&mut made.moves_in_turn, &other.moves_in_turn, &[0, 1], spin)
-    }),
-    (
-        "the first one's spin with which the spring turns",
-        |made, other| take(&mut made.moves_in_turn, &other.moves_in_turn, &[0], spin),
-    ),
-    (
-        "the second one's spin with which the spring turns",
-        |made, other| take(&mut made.moves_in_turn, &other.moves_in_turn, &[1], spin),
-    ),
-    ("the spring's force of the step before", |made, other| {
-        of_memory(made, other, |memory, other| memory.shear = other.shear)
-    }),
-    ("k_s of the step before", |made, other| {
-        of_memory(made, other, |memory, other| memory.k_s = other.k_s)
-    }),
-    (
-        "all that contacts remember of their springs",
-        |made, other| made.memory = other.memory,
-    ),
-    ("the normal force in Coulomb's limit", |made, other| {
-        made.limiting[0] = other.limiting[0]
-    }),
-];
+pub const OF_FORCES: &[Ingredient] = ingredients! {
+    "the overlap in the spring along the normal": overlaps[0];
+    "the overlap in k_s": overlaps[1];
+    "the overlap in the dashpots": overlaps[2];
+    "k_n": pair.k_n;
+    "k_s": pair.k_s;
+    "both stiffnesses": pair.k_n, pair.k_s;
+    "the effective mass": pair.mass, pair.mass_along;
+    "the coefficient of friction": pair.tangent;
+    "the pull of adhesion": pair.pull;
+    "all constants": pair;
+    "the normal in the dashpot along the normal": in_dashpot.normal;
+    "the contact point in the dashpot along the normal": in_dashpot.point;
+    "the velocities in the dashpot along the normal": moves_in_dashpot[0].velocity, moves_in_dashpot[1].velocity;
+    "the first one's velocity in the dashpot along the normal": moves_in_dashpot[0].velocity;
+    "the second one's velocity in the dashpot along the normal": moves_in_dashpot[1].velocity;
+    "the spins in the dashpot along the normal": moves_in_dashpot[0].spin, moves_in_dashpot[1].spin;
+    "the first one's spin in the dashpot along the normal": moves_in_dashpot[0].spin;
+    "the speed of approach in what a new contact slips": parting;
+    "the normal in the slip": in_slip.normal;
+    "the overlap in the slip": in_slip.overlap;
+    "the radii in the slip": in_slip.radii;
+    "the velocities in the slip": moves_in_slip[0].velocity, moves_in_slip[1].velocity;
+    "the first one's velocity in the slip": moves_in_slip[0].velocity;
+    "the second one's velocity in the slip": moves_in_slip[1].velocity;
+    "the spins in the slip": moves_in_slip[0].spin, moves_in_slip[1].spin;
+    "the first one's spin in the slip": moves_in_slip[0].spin;
+    "the second one's spin in the slip": moves_in_slip[1].spin;
+    "velocities and spins in the slip": moves_in_slip;
+    "the normal with which the spring turns": in_turn.normal;
+    "the spins with which the spring turns": moves_in_turn[0].spin, moves_in_turn[1].spin;
+    "the first one's spin with which the spring turns": moves_in_turn[0].spin;
+    "the second one's spin with which the spring turns": moves_in_turn[1].spin;
+    "all that contacts remember of their springs": memory;
+    "the normal force in Coulomb's limit": limiting[0];
+    of memories {
+        "the normal of the step before, from which the spring turns,": normal;
+        "the spring's force of the step before": shear;
+        "k_s of the step before": k_s;
+    }
+};
 
 /// Of torques and of the sum of forces.
-pub const OF_TORQUES: &[Ingredient] = &[
-    ("the forces on grains", |made, other| {
-        made.force = other.force
-    }),
-    ("the normal in torques", |made, other| {
-        made.in_torque.normal = other.in_torque.normal
-    }),
-    ("the overlap in torques", |made, other| {
-        made.in_torque.overlap = other.in_torque.overlap
-    }),
-    ("the radii in torques", |made, other| {
-        made.in_torque.radii = other.in_torque.radii
-    }),
-    ("the contact point in torques", |made, other| {
-        made.in_torque.point = other.in_torque.point
-    }),
-    (
-        "the normal in moments against rolling and twisting",
-        |made, other| made.in_moment.normal = other.in_moment.normal,
-    ),
-    ("the radii in the limit of moments", |made, other| {
-        made.in_moment.radii = other.in_moment.radii
-    }),
-    ("the spins in moments", |made, other| {
-        take(
-            &mut made.moves_in_moment,
-            &other.moves_in_moment,
-            &[0, 1],
-            spin,
-        )
-    }),
-    ("the first one's spin in moments", |made, other| {
-        take(
-            &mut made.moves_in_moment,
-            &other.moves_in_moment,
-            &[0],
-            spin,
-        )
-    }),
-    ("the second one's spin in moments", |made, other| {
-        take(
-            &mut made.moves_in_moment,
-            &other.moves_in_moment,
-            &[1],
-            spin,
-        )
-    }),
-    (
-        "the moment against rolling of the step before",
-        |made, other| of_memory(made, other, |memory, other| memory.bending = other.bending),
-    ),
-    (
-        "the moment against twisting of the step before",
-        |made, other| {
-            of_memory(made, other, |memory, other| {
-                memory.twisting = other.twisting
-            })
-        },
-    ),
-    ("the normal force in the limit of moments", |made, other| {
-        made.limiting[1] = other.limiting[1]
-    }),
-];
-
-fn velocity(motion: &mut Motion, other: &Motion) {
-    motion.velocity = other.velocity;
-}
-
-fn spin(motion: &mut Motion, other: &Motion) {
-    motion.spin = other.spin;
-}
-
-fn take(
-    made: &mut [Motion; 2],
-    other: &[Motion; 2],
-    sides: &[usize],
-    part: fn(&mut Motion, &Motion),
-) {
-    sides
-        .iter()
-        .for_each(|side| part(&mut made[*side], &other[*side]));
-}
-
-fn of_memory(made: &mut Made, other: &Made, part: fn(&mut Memory, &Memory)) {
-    if let (Some(memory), Some(other)) = (&mut made.memory, &other.memory) {
-        part(memory, other);
+pub const OF_TORQUES: &[Ingredient] = ingredients! {
+    "the forces on grains": force;
+    "the normal in torques": in_torque.normal;
+    "the overlap in torques": in_torque.overlap;
+    "the radii in torques": in_torque.radii;
+    "the contact point in torques": in_torque.point;
+    "the normal in moments against rolling and twisting": in_moment.normal;
+    "the radii in the limit of moments": in_moment.radii;
+    "the spins in moments": moves_in_moment[0].spin, moves_in_moment[1].spin;
+    "the first one's spin in moments": moves_in_moment[0].spin;
+    "the second one's spin in moments": moves_in_moment[1].spin;
+    "the normal force in the limit of moments": limiting[1];
+    of memories {
+        "the moment against rolling of the step before": bending;
+        "the moment against twisting of the step before": twisting;
     }
-}
+};
 
 impl Made {
     pub fn ids(&self) -> Ids {
@@ -396,11 +215,7 @@ impl Reference {
         (normal_force, tangential): (f64, Vector),
         before: Option<Told>,
     ) -> Option<Made> {
-        let at = self
-            .touching
-            .binary_search_by_key(&ids, |pair| pair.ids)
-            .ok()?;
-        let touch = self.touching[at].touch;
+        let touch = *self.touch_of(ids)?;
         let (pair, on) = (self.pair(ids), self.motions(ids, &touch));
         let told = times(normal_force, touch.normal);
         let (slip, parting) = self.slip(&touch, on);
