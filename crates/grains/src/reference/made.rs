@@ -51,7 +51,7 @@ pub type Ingredient = (&'static str, fn(&mut Made, &Made));
 macro_rules! ingredients {
     (
         $($words:literal: $($place:ident $([$side:literal])? $(.$part:ident)*),+;)+
-        of memories { $($kept_words:literal: $kept:ident;)* }
+        remembered { $($kept_words:literal: $kept:ident;)* }
     ) => {
         &[
             $(($words, |made, other| {
@@ -102,7 +102,7 @@ pub const OF_FORCES: &[Ingredient] = ingredients! {
     "the second one's spin with which the spring turns": moves_in_turn[1].spin;
     "all that contacts remember of their springs": memory;
     "the normal force in Coulomb's limit": limiting[0];
-    of memories {
+    remembered {
         "the normal of the step before, from which the spring turns,": normal;
         "the spring's force of the step before": shear;
         "k_s of the step before": k_s;
@@ -122,7 +122,7 @@ pub const OF_TORQUES: &[Ingredient] = ingredients! {
     "the first one's spin in moments": moves_in_moment[0].spin;
     "the second one's spin in moments": moves_in_moment[1].spin;
     "the normal force in the limit of moments": limiting[1];
-    of memories {
+    remembered {
         "the moment against rolling of the step before": bending;
         "the moment against twisting of the step before": twisting;
     }
